@@ -1,4 +1,5 @@
-"""One store for the whole test run, so that the sample's character is computed once and not by every test; and which files are fast."""
+"""One store for the whole test run, so that the sample's character is computed once and not by
+every test; and which files are fast."""
 
 from __future__ import annotations
 
@@ -21,11 +22,16 @@ FAST_SECONDS = 200.0
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Options of ``make test-fast`` and ``make slow``."""
     parser.addoption("--fast", action="store_true", help="leave out the files of tests/slow.txt")
-    parser.addoption("--note-slow", action="store_true", help="measure, and write tests/slow.txt anew; only with the whole suite")
+    parser.addoption(
+        "--note-slow",
+        action="store_true",
+        help="measure, and write tests/slow.txt anew; only with the whole suite",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The controlling process makes the folder; workers and the programs that tests start inherit it."""
+    """The controlling process makes the folder; workers and the programs that tests start inherit
+    it."""
     os.environ.setdefault("A2V_SMALL", "1")  # notebooks run at their small size
     if "A2V_CACHE" not in os.environ and not hasattr(config, "workerinput"):
         config.stash[_MADE] = os.environ["A2V_CACHE"] = tempfile.mkdtemp(prefix="a2v-tests-")
@@ -44,12 +50,22 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """With ``--fast`` the listed files are not even imported."""
     if not config.getoption("--fast"):
         return None
-    slow = {line.split()[0] for line in SLOW.read_text().splitlines() if line and not line.startswith("#")}
-    return True if collection_path.is_relative_to(SLOW.parents[1]) and collection_path.relative_to(SLOW.parents[1]).as_posix() in slow else None
+    slow = {
+        line.split()[0]
+        for line in SLOW.read_text().splitlines()
+        if line and not line.startswith("#")
+    }
+    return (
+        True
+        if collection_path.is_relative_to(SLOW.parents[1])
+        and collection_path.relative_to(SLOW.parents[1]).as_posix() in slow
+        else None
+    )
 
 
 class _Durations:
-    """Seconds per file, fixtures included; at the end those that are not among the quickest of `FAST_SECONDS` together are listed."""
+    """Seconds per file, fixtures included; at the end those that are not among the quickest of
+    `FAST_SECONDS` together are listed."""
 
     def __init__(self) -> None:
         self.seconds = defaultdict[str, float](float)
@@ -63,8 +79,14 @@ class _Durations:
             total += seconds
             if total > FAST_SECONDS:
                 slow.append((name, seconds))
-        lines = [f"{name} {seconds:.0f}" for name, seconds in sorted(slow, key=lambda item: -item[1])]
-        SLOW.write_text("# Written by `make slow`: files that `make test-fast` leaves out, and their seconds.\n" + "\n".join(lines) + "\n")
+        lines = [
+            f"{name} {seconds:.0f}" for name, seconds in sorted(slow, key=lambda item: -item[1])
+        ]
+        SLOW.write_text(
+            "# Written by `make slow`: files that `make test-fast` leaves out, and their seconds.\n"
+            + "\n".join(lines)
+            + "\n"
+        )
 
 
 _MADE = pytest.StashKey[str]()

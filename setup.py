@@ -1,7 +1,8 @@
 """What pyproject.toml cannot say: in a wheel, `pipelines` and `export` lie beneath `a2v`.
 
-In the repository they stand at the top, where they are found at once. In site-packages those two names could belong to anybody, so the wheel
-holds `a2v.pipelines` and `a2v.export`, and the imports of the built copies are rewritten. Editable installs stay as the repository is.
+In the repository they stand at the top, where they are found at once. In site-packages those two
+names could belong to anybody, so the wheel holds `a2v.pipelines` and `a2v.export`, and the imports
+of the built copies are rewritten. Editable installs stay as the repository is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""a2v: from an action's name and one photograph to a video of that person doing the action, in 3D."""
+"""a2v: from an action's name and one photograph to a video of that person doing the action, in
+3D."""
 
 from __future__ import annotations
 
@@ -6,7 +7,17 @@ from typing import TYPE_CHECKING
 
 from a2v import telemetry as telemetry
 from a2v.errors import A2VError, InputError, MissingDependencyError
-from a2v.types import VIEWS, Body, Character, Motion, OrthographicCamera, PhotoCamera, RenderSettings, Subject, Surface
+from a2v.types import (
+    VIEWS,
+    Body,
+    Character,
+    Motion,
+    OrthographicCamera,
+    PhotoCamera,
+    RenderSettings,
+    Subject,
+    Surface,
+)
 from a2v.version import __version__
 
 __all__ = [

@@ -14,15 +14,17 @@ from a2v.record import Record
 FloatArray = NDArray[np.floating[Any]]
 
 NEAREST = 0.25
-"""Least depth of a point before the camera, as a fraction of the distance: points that are nearer, or behind the camera, count as there."""
+"""Least depth of a point before the camera, as a fraction of the distance: points that are nearer,
+or behind the camera, count as there."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrthographicCamera(Record):
     """The photo's camera: on +z, looking down -z, orthographic (weak perspective).
 
-    A point (x, y, z) in metres lands on the pixel ``u = center_u + scale * x``, ``v = center_v - scale * y``,
-    with u to the right, v downwards and the centre of the first pixel at (0.5, 0.5). Larger z is nearer.
+    A point (x, y, z) in metres lands on the pixel ``u = center_u + scale * x``, ``v = center_v -
+    scale * y``, with u to the right, v downwards and the centre of the first pixel at (0.5, 0.5).
+    Larger z is nearer.
 
     Attributes
     ----------
@@ -38,11 +40,20 @@ class OrthographicCamera(Record):
 
     def project(self, points: FloatArray) -> FloatArray:
         """Map points (..., 3) metres to pixels (..., 2)."""
-        return np.stack([self.center_u + self.scale * points[..., 0], self.center_v - self.scale * points[..., 1]], axis=-1)
+        return np.stack(
+            [
+                self.center_u + self.scale * points[..., 0],
+                self.center_v - self.scale * points[..., 1],
+            ],
+            axis=-1,
+        )
 
     def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
         """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3)."""
-        x, y = (pixels[..., 0] - self.center_u) / self.scale, (self.center_v - pixels[..., 1]) / self.scale
+        x, y = (
+            (pixels[..., 0] - self.center_u) / self.scale,
+            (self.center_v - pixels[..., 1]) / self.scale,
+        )
         return np.stack([x, y, np.broadcast_to(depth, x.shape)], axis=-1)
 
     @property
@@ -67,12 +78,14 @@ class OrthographicCamera(Record):
 class PhotoCamera(Record):
     """The photo's camera: perspective, level in roll, before a person who stands on level ground.
 
-    The world's y is up. The optical axis meets the person's depth at the point `aim`; there the camera is `distance` metres away, measured
-    over the floor, and looks down by `pitch`. With a distance of 0 it is orthographic and level, as `flat` is.
+    The world's y is up. The optical axis meets the person's depth at the point `aim`; there the
+    camera is `distance` metres away, measured over the floor, and looks down by `pitch`. With a
+    distance of 0 it is orthographic and level, as `flat` is.
 
-    `flatten` warps the world so that the orthographic camera `flat` sees it exactly as this camera does: in the camera's axes around `aim`,
-    at d = distance / cos(pitch), ``x' = x d / (d - z)`` and ``y' = y d / (d - z)``, while z stays the depth over the floor. Along each ray
-    z grows towards the camera, so that what is seen first is the same.
+    `flatten` warps the world so that the orthographic camera `flat` sees it exactly as this camera
+    does: in the camera's axes around `aim`, at d = distance / cos(pitch), ``x' = x d / (d - z)``
+    and ``y' = y d / (d - z)``, while z stays the depth over the floor. Along each ray z grows
+    towards the camera, so that what is seen first is the same.
 
     Attributes
     ----------
@@ -98,7 +111,9 @@ class PhotoCamera(Record):
         if len(self.aim) != 3:
             raise InputError(f"PhotoCamera.aim is {self.aim}; expected three numbers")
         if not (np.isfinite(self.distance) and self.distance >= 0 and abs(self.pitch) < np.pi / 2):
-            raise InputError(f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected metres of at least 0, and radians")
+            raise InputError(
+                f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected metres of at least 0, and radians"
+            )
 
     @property
     def scale(self) -> float:
@@ -121,7 +136,9 @@ class PhotoCamera(Record):
         if self.distance == 0:
             return points
         offset = np.asarray(points, np.float64) - self.aim
-        right, up = seen_from(offset[..., 0], offset[..., 1], offset[..., 2], distance=self.distance, pitch=self.pitch)
+        right, up = seen_from(
+            offset[..., 0], offset[..., 1], offset[..., 2], distance=self.distance, pitch=self.pitch
+        )
         flat = np.stack([right, up, offset[..., 2]], axis=-1) + self.aim
         return np.asarray(flat, points.dtype)
 
@@ -154,15 +171,20 @@ class PhotoCamera(Record):
             center_v=flat.center_v + flat.scale * float(shift[1]),
         )
         aim = tuple(float(own + by) for own, by in zip(self.aim, shift, strict=True))
-        return PhotoCamera(flat=moved, aim=aim, distance=self.distance, pitch=self.pitch, source=self.source)
+        return PhotoCamera(
+            flat=moved, aim=aim, distance=self.distance, pitch=self.pitch, source=self.source
+        )
 
 
 def seen_from(x: Any, y: Any, z: Any, *, distance: float, pitch: Any) -> tuple[Any, Any]:
-    """`PhotoCamera.flatten` of offsets from `aim`, any shape, as arrays or tensors: x' and y', metres; z' is z.
+    """`PhotoCamera.flatten` of offsets from `aim`, any shape, as arrays or tensors: x' and y',
+    metres; z' is z.
 
     `pitch` is a number of radians, or a tensor ().
     """
-    sine, cosine = (np.sin(pitch), np.cos(pitch)) if isinstance(pitch, float) else (pitch.sin(), pitch.cos())
+    sine, cosine = (
+        (np.sin(pitch), np.cos(pitch)) if isinstance(pitch, float) else (pitch.sin(), pitch.cos())
+    )
     away = distance / cosine
     left = away - cosine * z - sine * y
     zoom = away / left.clip(NEAREST * distance)

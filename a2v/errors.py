@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 
 MAX_MESSAGE = 1200
-"""Characters of a message; of a longer one the middle is left out, since it begins with what was given and ends with what to do."""
+"""Characters of a message; of a longer one the middle is left out, since it begins with what was
+given and ends with what to do."""
 _LINES = re.compile(r"\s*[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]\s*")
 
 
 class A2VError(Exception):
-    """Base of every error that a2v raises on purpose; its message is one line of at most `MAX_MESSAGE` characters, whatever it quotes."""
+    """Base of every error that a2v raises on purpose; its message is one line of at most
+    `MAX_MESSAGE` characters, whatever it quotes."""
 
     def __init__(self, message: object = "") -> None:
         text = str(message)
@@ -22,8 +24,8 @@ class A2VError(Exception):
 class InputError(A2VError, ValueError):
     """The user's input cannot be used.
 
-    The message says what was given, what was expected and what to do next, on one line; the command line
-    prints it alone and exits with code 2.
+    The message says what was given, what was expected and what to do next, on one line; the command
+    line prints it alone and exits with code 2.
     """
 
 

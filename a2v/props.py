@@ -52,13 +52,19 @@ class Props(Record):
         """
         from scipy.spatial import ConvexHull, QhullError
 
-        vertices, faces, owner = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+        vertices, faces, owner = (
+            [np.zeros((0, 3))],
+            [np.zeros((0, 3), np.int64)],
+            [np.zeros(0, np.int64)],
+        )
         names, count = list[str](), 0
         for name, points in solids:
             try:
                 hull = ConvexHull(points)
             except QhullError:
-                raise InputError(f"the points of '{name}' lie in a plane; expected a solid") from None
+                raise InputError(
+                    f"the points of '{name}' lie in a plane; expected a solid"
+                ) from None
             corners = np.asarray(points, np.float64)[hull.simplices]
             normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             turned = (normal * hull.equations[:, :3]).sum(axis=1) < 0
@@ -77,12 +83,15 @@ class Props(Record):
 
 
 def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArray:
-    """Points (24, 3) of a box between two corners, its edges cut by `bevel` metres, so that smooth normals leave its sides flat."""
+    """Points (24, 3) of a box between two corners, its edges cut by `bevel` metres, so that smooth
+    normals leave its sides flat."""
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
     outer = np.where(corners, high, low)
     bevel = min(bevel, 0.3 * float(np.min(np.asarray(high) - np.asarray(low))))
     inward = np.where(corners, -bevel, bevel)
-    points: FloatArray = np.concatenate([outer + inward * (np.arange(3) != axis) for axis in range(3)])
+    points: FloatArray = np.concatenate(
+        [outer + inward * (np.arange(3) != axis) for axis in range(3)]
+    )
     return points
 
 
@@ -96,6 +105,11 @@ def rod(start: FloatArray, end: FloatArray, radius: float, *, sides: int = 12) -
     ring = np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * np.cross(along, across)
     rim = 0.1 * radius
     points: FloatArray = np.concatenate(
-        [start + rim * along + radius * ring, end - rim * along + radius * ring, start + 0.9 * radius * ring, end + 0.9 * radius * ring]
+        [
+            start + rim * along + radius * ring,
+            end - rim * along + radius * ring,
+            start + 0.9 * radius * ring,
+            end + 0.9 * radius * ring,
+        ]
     )
     return points

@@ -23,8 +23,9 @@ from a2v.io import parse_json, read_npz, reading, shorten, write_npz
 class Record:
     """Base of the stage types: an immutable bundle of arrays that one ``.npz`` holds.
 
-    `provenance` records what made the value (versions, seed, parameters, hashes of inputs and weights);
-    it must be JSON. A subclass names in `may_hold_nan` the array fields in which NaN means "unknown".
+    `provenance` records what made the value (versions, seed, parameters, hashes of inputs and
+    weights); it must be JSON. A subclass names in `may_hold_nan` the array fields in which NaN
+    means "unknown".
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset()
@@ -39,10 +40,16 @@ class Record:
             if value is None:
                 continue
             if isinstance(value, Record):
-                arrays |= {f"{item.name}.{name}": array for name, array in value.to_arrays().items()}
+                arrays |= {
+                    f"{item.name}.{name}": array for name, array in value.to_arrays().items()
+                }
             elif isinstance(value, np.ndarray):
                 arrays[item.name] = value
-            elif isinstance(value, Mapping) and value and all(isinstance(v, np.ndarray) for v in value.values()):
+            elif (
+                isinstance(value, Mapping)
+                and value
+                and all(isinstance(v, np.ndarray) for v in value.values())
+            ):
                 arrays |= {f"{item.name}.{name}": array for name, array in value.items()}
             elif isinstance(value, str | int | float | bool):
                 arrays[item.name] = np.asarray(value)
@@ -63,20 +70,32 @@ class Record:
         values: dict[str, Any] = {}
         for item in dataclasses.fields(cls):
             name, kind = item.name, _without_none(hints[item.name])
-            nested = {key[len(name) + 1 :]: array for key, array in arrays.items() if key.startswith(f"{name}.")}
+            nested = {
+                key[len(name) + 1 :]: array
+                for key, array in arrays.items()
+                if key.startswith(f"{name}.")
+            }
             if isinstance(kind, type) and issubclass(kind, Record):
                 if nested:
                     values[name] = kind.from_arrays(nested)
             elif nested:
-                values[name] = {key: _plain_array(array, "biufUS", f"{cls.__name__}.{name}.{key}") for key, array in nested.items()}
+                values[name] = {
+                    key: _plain_array(array, "biufUS", f"{cls.__name__}.{name}.{key}")
+                    for key, array in nested.items()
+                }
             elif name in arrays:
                 values[name] = _decode(arrays[name], kind, f"{cls.__name__}.{name}")
-            elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
-                raise InputError(f"no array '{name}' for a {cls.__name__}; found: {', '.join(sorted(arrays)) or 'nothing'}")
+            elif (
+                item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING
+            ):
+                raise InputError(
+                    f"no array '{name}' for a {cls.__name__}; found: {', '.join(sorted(arrays)) or 'nothing'}"
+                )
         return cls(**values)
 
     def to_bytes(self) -> bytes:
-        """What `save` writes, the same for equal arrays: numpy gives every member of an archive the same date."""
+        """What `save` writes, the same for equal arrays: numpy gives every member of an archive the
+        same date."""
         buffer = io.BytesIO()
         arrays: dict[str, Any] = self.to_arrays()
         np.savez(buffer, **arrays)
@@ -112,9 +131,11 @@ class Record:
         below: str = "",
         least: int = 0,
     ) -> None:
-        """Check the shape of array field `name`; letters in `shape` must agree across calls through `sizes`.
+        """Check the shape of array field `name`; letters in `shape` must agree across calls through
+        `sizes`.
 
-        Where `below` names one of the `sizes`, the numbers are indices: from `least` up to that size.
+        Where `below` names one of the `sizes`, the numbers are indices: from `least` up to that
+        size.
         """
         if getattr(self, name) is None:  # a field that may be left out
             return
@@ -128,13 +149,23 @@ class Record:
             elif want is not None:
                 good &= got == want
         if not good:
-            expected = ", ".join(str(sizes.get(str(want), want)) if want is not None else "any" for want in shape)
-            raise InputError(f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})")
-        if np.issubdtype(value.dtype, np.floating) and name not in self.may_hold_nan and not np.isfinite(value).all():
+            expected = ", ".join(
+                str(sizes.get(str(want), want)) if want is not None else "any" for want in shape
+            )
+            raise InputError(
+                f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})"
+            )
+        if (
+            np.issubdtype(value.dtype, np.floating)
+            and name not in self.may_hold_nan
+            and not np.isfinite(value).all()
+        ):
             raise InputError(f"{type(self).__name__}.{name} holds NaN or infinite numbers")
         if below and value.size and (int(value.min()) < least or int(value.max()) >= sizes[below]):
             found = f"{int(value.min())} to {int(value.max())}"
-            raise InputError(f"{type(self).__name__}.{name} names {found}; expected {least} to {sizes[below] - 1}")
+            raise InputError(
+                f"{type(self).__name__}.{name} names {found}; expected {least} to {sizes[below] - 1}"
+            )
 
 
 def _without_none(hint: Any) -> Any:
@@ -145,18 +176,26 @@ def _without_none(hint: Any) -> Any:
 
 _KINDS = {str: "US", bool: "b", int: "iu", float: "iuf"}
 """Letters of numpy's kinds that hold a single value of each type."""
-_NUMBERS: tuple[tuple[Any, str], ...] = ((np.uint8, "u"), (np.integer, "iu"), (np.floating, "iuf"), (np.bool_, "b"))
+_NUMBERS: tuple[tuple[Any, str], ...] = (
+    (np.uint8, "u"),
+    (np.integer, "iu"),
+    (np.floating, "iuf"),
+    (np.bool_, "b"),
+)
 
 
 def _decode(array: np.ndarray, kind: Any, what: str) -> Any:
-    """The value of a field of type `kind` out of its array; `what` names the field in the `InputError` for every other array."""
+    """The value of a field of type `kind` out of its array; `what` names the field in the
+    `InputError` for every other array."""
     origin = get_origin(kind)
     if kind in _KINDS:
         return kind(_single(array, _KINDS[kind], what))
     if origin is Literal:
         value = str(_single(array, "US", what))
         if value not in get_args(kind):
-            raise InputError(f"{what} is {shorten(value)}; expected {' or '.join(map(str, get_args(kind)))}")
+            raise InputError(
+                f"{what} is {shorten(value)}; expected {' or '.join(map(str, get_args(kind)))}"
+            )
         return value
     if origin is tuple:
         return _to_tuple(_json(array, list, what, _item_of(kind)))
@@ -167,7 +206,9 @@ def _decode(array: np.ndarray, kind: Any, what: str) -> Any:
 
 def _single(array: np.ndarray, kinds: str, what: str) -> Any:
     if array.size != 1 or array.dtype.kind not in kinds:
-        raise InputError(f"{what} is an array of shape {array.shape} and type {array.dtype}; expected a single {_named(kinds)}")
+        raise InputError(
+            f"{what} is an array of shape {array.shape} and type {array.dtype}; expected a single {_named(kinds)}"
+        )
     return array.item()
 
 
@@ -178,14 +219,23 @@ def _plain_array(array: np.ndarray, kinds: str, what: str) -> np.ndarray:
 
 
 def _named(kinds: str) -> str:
-    return {"US": "text", "b": "truth value", "iu": "whole number", "u": "byte"}.get(kinds, "number")
+    return {"US": "text", "b": "truth value", "iu": "whole number", "u": "byte"}.get(
+        kinds, "number"
+    )
 
 
 def _letters(hint: Any) -> str:
     """Kinds of numpy that an array field's type allows."""
     scalar = get_args(get_args(hint)[1])[0] if len(get_args(hint)) == 2 else None
     scalar = get_origin(scalar) or scalar
-    return next((letters for base, letters in _NUMBERS if isinstance(scalar, type) and issubclass(scalar, base)), "biuf")
+    return next(
+        (
+            letters
+            for base, letters in _NUMBERS
+            if isinstance(scalar, type) and issubclass(scalar, base)
+        ),
+        "biuf",
+    )
 
 
 def _item_of(hint: Any) -> type | None:
@@ -200,7 +250,9 @@ def _json(array: np.ndarray, kind: type, what: str, item: type | None) -> Any:
     named = "a list" if kind is list else "an object"
     if not isinstance(value, dict | list) or type(value) is not kind:
         raise InputError(f"{what} is {shorten(value, 60)}; expected {named}")
-    if item is not None and not all(isinstance(part, item if item is not float else int | float) for part in value):
+    if item is not None and not all(
+        isinstance(part, item if item is not float else int | float) for part in value
+    ):
         raise InputError(f"{what} is {shorten(value, 60)}; expected {named} of {item.__name__}")
     return value
 

@@ -20,7 +20,8 @@ ROWS_AT_ONCE = 250
 
 
 def open_session(path: Path, threads: int = 1) -> Any:
-    """The `onnxruntime.InferenceSession` of a file, on the CPU; the last few are kept. Raises what onnxruntime raises."""
+    """The `onnxruntime.InferenceSession` of a file, on the CPU; the last few are kept. Raises what
+    onnxruntime raises."""
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
 
 
@@ -36,22 +37,37 @@ def new_session(path: Path, threads: int = 1) -> Any:
 
 
 def run_rows(
-    session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray], shared: Mapping[str, np.ndarray] | None = None
+    session: Any,
+    names: Sequence[str],
+    feed: Mapping[str, np.ndarray],
+    shared: Mapping[str, np.ndarray] | None = None,
 ) -> list[np.ndarray]:
     """Outputs `names` of a graph whose inputs and outputs all have a row an item.
 
-    Many rows are run in parts: that takes less memory and is faster, since what a part makes stays in the caches.
+    Many rows are run in parts: that takes less memory and is faster, since what a part makes stays
+    in the caches.
     """
     rows = len(next(iter(feed.values())))
     parts = [
-        session.run(names, {name: array[start : start + ROWS_AT_ONCE] for name, array in feed.items()} | dict(shared or {}))
+        session.run(
+            names,
+            {name: array[start : start + ROWS_AT_ONCE] for name, array in feed.items()}
+            | dict(shared or {}),
+        )
         for start in range(0, max(rows, 1), ROWS_AT_ONCE)
     ]
-    return parts[0] if len(parts) == 1 else [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
+    return (
+        parts[0]
+        if len(parts) == 1
+        else [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
+    )
 
 
 def run_file(
-    path: Path, names: Sequence[str], feed: Mapping[str, np.ndarray], shared: Mapping[str, np.ndarray] | None = None
+    path: Path,
+    names: Sequence[str],
+    feed: Mapping[str, np.ndarray],
+    shared: Mapping[str, np.ndarray] | None = None,
 ) -> list[np.ndarray]:
     """`run_rows` of a file that may be foreign.
 
@@ -69,8 +85,11 @@ def file_digest(path: Path) -> str:
     return _cached_digest(str(path), path.stat().st_mtime_ns)
 
 
-def read_metadata(path: Path, formats: Collection[str], what: str, threads: int = 1) -> dict[str, Any]:
-    """What an ONNX file of ours says of itself; the session is kept for `open_session` with as many threads.
+def read_metadata(
+    path: Path, formats: Collection[str], what: str, threads: int = 1
+) -> dict[str, Any]:
+    """What an ONNX file of ours says of itself; the session is kept for `open_session` with as many
+    threads.
 
     Raises
     ------
@@ -83,9 +102,13 @@ def read_metadata(path: Path, formats: Collection[str], what: str, threads: int 
     except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
         raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None
     if not isinstance(metadata, dict):
-        raise InputError(f"{path} is no {what} of a2v: what it says of itself is {shorten(metadata, 60)}")
+        raise InputError(
+            f"{path} is no {what} of a2v: what it says of itself is {shorten(metadata, 60)}"
+        )
     if metadata.get("format") not in formats:
-        raise InputError(f"{path} has the format {shorten(metadata.get('format'), 60)}; this version reads {' and '.join(formats)}")
+        raise InputError(
+            f"{path} has the format {shorten(metadata.get('format'), 60)}; this version reads {' and '.join(formats)}"
+        )
     return dict(metadata)
 
 

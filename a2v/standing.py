@@ -16,7 +16,8 @@ IntArray = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Standing(Record):
-    """What a surface is in the rest pose of its body, in which nothing touches, and how it follows the bones.
+    """What a surface is in the rest pose of its body, in which nothing touches, and how it follows
+    the bones.
 
     Attributes
     ----------

@@ -18,7 +18,8 @@ WINDOWS = sys.platform == "win32"
 
 
 def lock(handle: int) -> bool:
-    """Hold an open file until it is closed, or the process ends; False where another process holds it. On Windows its first byte is held."""
+    """Hold an open file until it is closed, or the process ends; False where another process holds
+    it. On Windows its first byte is held."""
     if sys.platform == "win32":
         import msvcrt
 
@@ -42,7 +43,8 @@ def user_number() -> int | None:
 
 
 def is_own_group(number: int) -> bool:
-    """Whether a group is root's, or the private one that many systems give each user; True on Windows, which has none."""
+    """Whether a group is root's, or the private one that many systems give each user; True on
+    Windows, which has none."""
     if sys.platform == "win32":
         return True
     import grp
@@ -65,38 +67,49 @@ def file_mask() -> int:
 
 
 def keep_files_private() -> None:
-    """Files that the process makes from now on are the user's alone; on Windows the folder's own rights decide."""
+    """Files that the process makes from now on are the user's alone; on Windows the folder's own
+    rights decide."""
     os.umask(0o077)
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Make `link` another name of a folder; on Windows a junction, which needs no rights of an administrator."""
+    """Make `link` another name of a folder; on Windows a junction, which needs no rights of an
+    administrator."""
     if sys.platform == "win32":
-        subprocess.run(["cmd", "/c", "mklink", "/J", str(link), str(folder)], check=True, capture_output=True)
+        subprocess.run(
+            ["cmd", "/c", "mklink", "/J", str(link), str(folder)], check=True, capture_output=True
+        )
     else:
         link.symlink_to(folder, target_is_directory=True)
 
 
 def core_count() -> int:
-    """Processor cores that this process may use; all of the machine's where the system does not say."""
+    """Processor cores that this process may use; all of the machine's where the system does not
+    say."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def start_method() -> str:
-    """How worker processes are started: from a fork server, or anew where there is none (Windows)."""
+    """How worker processes are started: from a fork server, or anew where there is none
+    (Windows)."""
     return "spawn" if WINDOWS else "forkserver"
 
 
 def bound_memory(size: int) -> None:
-    """Let this process have `size` bytes of address space and no more; without effect on Windows."""
+    """Let this process have `size` bytes of address space and no more; without effect on
+    Windows."""
     if sys.platform != "win32":
         import resource
 
         _, most = resource.getrlimit(resource.RLIMIT_AS)
         if most == resource.RLIM_INFINITY or most > size:
-            with contextlib.suppress(ValueError, OSError) if sys.platform == "darwin" else contextlib.nullcontext():  # macOS may refuse
+            with (
+                contextlib.suppress(ValueError, OSError)
+                if sys.platform == "darwin"
+                else contextlib.nullcontext()
+            ):  # macOS may refuse
                 resource.setrlimit(resource.RLIMIT_AS, (size, size))
 
 
@@ -109,7 +122,9 @@ def end_group(process: int, *, hard: bool) -> None:
         It has ended.
     """
     if sys.platform == "win32":
-        done = subprocess.run(["taskkill", "/T", "/F", "/PID", str(process)], capture_output=True, check=False)
+        done = subprocess.run(
+            ["taskkill", "/T", "/F", "/PID", str(process)], capture_output=True, check=False
+        )
         if done.returncode:
             raise ProcessLookupError(process)
         return
@@ -118,12 +133,15 @@ def end_group(process: int, *, hard: bool) -> None:
 
 @contextlib.contextmanager
 def peak_memory() -> Iterator[Callable[[], int]]:
-    """Yield a function that tells the process's highest resident memory in bytes: since then on Linux, since its start elsewhere.
+    """Yield a function that tells the process's highest resident memory in bytes: since then on
+    Linux, since its start elsewhere.
 
     It is 0 on Windows, which does not say without a further package.
     """
     with contextlib.suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # Linux: starts the high-water mark anew
+        Path("/proc/self/clear_refs").write_text(
+            "5", encoding="utf-8"
+        )  # Linux: starts the high-water mark anew
 
     def peak() -> int:
         try:

@@ -31,18 +31,20 @@ def to_onnx(
     sizes : one entry an input
         ``{axis: torch.export.Dim}`` of the axes whose length stays free, or None.
     fold_below : int, optional
-        What depends on weights alone is computed here, unless a tensor of at least this many numbers goes into it.
-        Default: the exporter's own choice.
+        What depends on weights alone is computed here, unless a tensor of at least this many
+        numbers goes into it. Default: the exporter's own choice.
 
     Raises
     ------
     RuntimeError
-        Something in `graph` fixes a length that was to stay free: the exporter falls back to that without a word.
+        Something in `graph` fixes a length that was to stay free: the exporter falls back to that
+        without a word.
     """
     import onnxscript.optimizer
     import torch
 
-    # a line for every node that is not folded, and for packages that are not needed, is nothing to tell users
+    # a line for every node that is not folded, and for packages that are not needed, is nothing to
+    # tell users
     loggers = [logging.getLogger(name) for name in ("onnxscript", "torch.onnx")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
@@ -62,5 +64,7 @@ def to_onnx(
     for name, item, free in zip(inputs, proto.graph.input, sizes, strict=True):
         for axis in free or {}:
             if not item.type.tensor_type.shape.dim[axis].dim_param:
-                raise RuntimeError(f"axis {axis} of the input '{name}' is fixed in the exported graph")
+                raise RuntimeError(
+                    f"axis {axis} of the input '{name}' is fixed in the exported graph"
+                )
     return proto

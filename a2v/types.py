@@ -1,7 +1,8 @@
 """The values on the arrows between stages: few, immutable, plain numbers.
 
-Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**, the person faces **+z**, so the person's
-left is **+x**; the ground is ``y = 0``; float32 at rest. Every type has `save` and `load` to one ``.npz`` (no pickles).
+Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**,
+the person faces **+z**, so the person's left is **+x**; the ground is ``y = 0``; float32 at rest.
+Every type has `save` and `load` to one ``.npz`` (no pickles).
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
 """Regular expression of names that become names of files."""
 
 Progress = Callable[[int, int], None]
-"""Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
+"""Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the
+bar."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,9 +52,10 @@ class Motion(Record):
     joints : (..., T, J, 3) float32
         Joint positions, metres, world, y up.
     rotations : (..., T, J, 3) float32
-        Rotation vectors, radians, in the papers' *chain* convention (Eq. 6): entry ``j`` turns the bone that
-        ends at joint ``j`` relative to the previous bone of its kinematic chain; a chain starts from the
-        identity, and entry 0 is zero. ``joints = forward_kinematics(rotations, root, bones)``.
+        Rotation vectors, radians, in the papers' *chain* convention (Eq. 6): entry ``j`` turns the
+        bone that ends at joint ``j`` relative to the previous bone of its kinematic chain; a chain
+        starts from the identity, and entry 0 is zero. ``joints = forward_kinematics(rotations,
+        root, bones)``.
     root : (..., T, 3) float32
         Position of joint 0, metres.
     fps : float
@@ -67,11 +70,13 @@ class Motion(Record):
     seed : int
         Seed of the generation; -1 for recorded motion.
     rest_offsets : (J, 3) float64 or None
-        Rest pose of the file or body that the motion is from: each joint from its parent, metres, axes as everywhere; row 0 is zero.
+        Rest pose of the file or body that the motion is from: each joint from its parent, metres,
+        axes as everywhere; row 0 is zero.
     given_frames : int or None
         How many of the first frames were given, where the others were generated to go on from them.
     action_starts : (A,) float64 or None
-        When each of the A actions that `action` names begins, seconds from the first frame; None where that is not known.
+        When each of the A actions that `action` names begins, seconds from the first frame; None
+        where that is not known.
     expressions : strengths (T,) float32 by ARKit's names, or None
         What the face does, in [0, 1], where a video showed it.
     """
@@ -99,18 +104,31 @@ class Motion(Record):
         self._check("rest_offsets", ("J", 3), sizes)
         self._check("action_starts", ("A",), {"A": len(self.action.split(","))})
         if len(self.joint_names) != sizes["J"]:
-            raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
+            raise InputError(
+                f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints"
+            )
         if sizes["T"] < 1:
             raise InputError("Motion has no frames")
         if 0 in self.batch:
-            raise InputError(f"Motion is a batch of {' x '.join(map(str, self.batch))} clips; expected at least one")
+            raise InputError(
+                f"Motion is a batch of {' x '.join(map(str, self.batch))} clips; expected at least one"
+            )
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
-            raise InputError(f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames")
+            raise InputError(
+                f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames"
+            )
         order = np.arange(sizes["J"])
-        if not len(order) or self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
-            raise InputError("Motion.parents must list parents before children, with -1 for joint 0 alone")
+        if (
+            not len(order)
+            or self.parents[0] != -1
+            or (self.parents[1:] < 0).any()
+            or (self.parents[1:] >= order[1:]).any()
+        ):
+            raise InputError(
+                "Motion.parents must list parents before children, with -1 for joint 0 alone"
+            )
 
     @property
     def frames(self) -> int:
@@ -126,13 +144,22 @@ class Motion(Record):
         """The clip(s) at `index` of the leading batch dimensions."""
         if not self.batch:
             raise InputError("this Motion is a single clip, not a batch")
-        return dataclasses.replace(self, joints=self.joints[index], rotations=self.rotations[index], root=self.root[index])
+        return dataclasses.replace(
+            self, joints=self.joints[index], rotations=self.rotations[index], root=self.root[index]
+        )
 
     def first(self, frames: int) -> Motion:
         """The first `frames` frames, of every clip of a batch; all where there are fewer."""
-        kept = {name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))] for name in ("joints", "rotations", "root")}
+        kept = {
+            name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))]
+            for name in ("joints", "rotations", "root")
+        }
         given = None if self.given_frames is None else min(self.given_frames, frames)
-        shown = None if self.expressions is None else {name: strength[:frames] for name, strength in self.expressions.items()}
+        shown = (
+            None
+            if self.expressions is None
+            else {name: strength[:frames] for name, strength in self.expressions.items()}
+        )
         return dataclasses.replace(self, **kept, given_frames=given, expressions=shown)
 
 
@@ -140,7 +167,8 @@ class Motion(Record):
 class BodyMap(Record):
     """What a square around a person shows of the body, in pixels of the `Subject`'s image.
 
-    Depths are measured over the floor, larger is nearer, 0 at the middle of the hips; *scales* are those of Laplace distributions.
+    Depths are measured over the floor, larger is nearer, 0 at the middle of the hips; *scales* are
+    those of Laplace distributions.
 
     Attributes
     ----------
@@ -149,7 +177,8 @@ class BodyMap(Record):
     landmark_scales : (33, 2) float32
         In the picture, and in depth.
     places : (S, S, 3) float32
-        What place on the body (`a2v.body.places.canonical_places`) the middle of each pixel of the map shows.
+        What place on the body (`a2v.body.places.canonical_places`) the middle of each pixel of the
+        map shows.
     place_scales : (S, S) float32
         In the unit of `places`.
     depths, depth_scales : (S, S, 2) float32
@@ -197,33 +226,40 @@ class Subject(Record):
     mask : (H, W) float32
         Opacity of the person in [0, 1] (an alpha matte).
     keypoints : (33, 3) float32
-        Landmarks in BlazePose order (`a2v.perception.BLAZEPOSE`): u, v in pixels of `image`, confidence in [0, 1]
-        (0: not seen; then u and v mean nothing).
+        Landmarks in BlazePose order (`a2v.perception.BLAZEPOSE`): u, v in pixels of `image`,
+        confidence in [0, 1] (0: not seen; then u and v mean nothing).
     keypoints_3d : (33, 3) float32
-        Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up, +z towards the
-        camera, in which whoever stands upright does so however high the camera); NaN where unknown.
+        Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up,
+        +z towards the camera, in which whoever stands upright does so however high the camera); NaN
+        where unknown.
     crop : tuple of 4 int
-        Left, top, right, bottom of the crop in the upright photo's pixels (may reach outside of it).
+        Left, top, right, bottom of the crop in the upright photo's pixels (may reach outside of
+        it).
     photo_size : tuple of 2 int
         Width and height of the upright photo.
     warnings : tuple of str
         What the user should know (feet outside the photo, sideways person...).
     face : (478, 3) float32 or None
-        Mediapipe's landmarks of the face: u, v and depth in pixels of `image`, larger is nearer; None where no face was seen.
+        Mediapipe's landmarks of the face: u, v and depth in pixels of `image`, larger is nearer;
+        None where no face was seen.
     hands : (2, 21, 4) float32 or None
-        Mediapipe's landmarks of the left and the right hand: u, v and depth (larger is nearer, 0 at the wrist) in pixels of `image`, and 1 where
-        that hand was seen, else 0; None where neither was.
+        Mediapipe's landmarks of the left and the right hand: u, v and depth (larger is nearer, 0 at
+        the wrist) in pixels of `image`, and 1 where that hand was seen, else 0; None where neither
+        was.
     bodymap : BodyMap or None
-        What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where it was not asked.
+        What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where
+        it was not asked.
     focal_length : float or None
         That the photo's file tells, as for 35 mm film, millimetres.
     given : (33,) bool or None
         Landmarks that the user has placed: they are certain. None where nobody did.
     sides : (8,) float32 or None
-        Of the bones of `a2v.kinematics.names.LIMB_BONES`, what the user says: 1 where the far end lies in front of the near one, -1 behind
-        it, 0 where nothing is said. None where nothing is said of any.
+        Of the bones of `a2v.kinematics.names.LIMB_BONES`, what the user says: 1 where the far end
+        lies in front of the near one, -1 behind it, 0 where nothing is said. None where nothing is
+        said of any.
     people : (n, 4) float32 or None
-        Left, top, right, bottom of all who were found, the largest first, in pixels of the upright photo; None where it is one alone.
+        Left, top, right, bottom of all who were found, the largest first, in pixels of the upright
+        photo; None where it is one alone.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -278,9 +314,11 @@ class Surface(Record):
     face : Face or None
         Its expressions, where the photo shows a face from before.
     standing : Standing or None
-        The same mesh in the body's rest pose, of canonical characters; the face's offsets are then of that pose.
+        The same mesh in the body's rest pose, of canonical characters; the face's offsets are then
+        of that pose.
     normal_map : (H, W, 3) uint8 or None
-        Detail that the vertices lack: normals in the tangent space of `a2v.geometry.normal_map.corner_tangents`, as glTF keeps them; goes with `uv`.
+        Detail that the vertices lack: normals in the tangent space of
+        `a2v.geometry.normal_map.corner_tangents`, as glTF keeps them; goes with `uv`.
     materials : (F,) uint8 or None
         What each face is made of, an index into `MATERIALS`.
     """
@@ -313,7 +351,9 @@ class Surface(Record):
         if self.face is not None:
             self.face.check_vertices(sizes["V"])
         if self.standing is not None and len(self.standing.vertices) != sizes["V"]:
-            raise InputError(f"Surface.standing has {len(self.standing.vertices)} vertices; expected the surface's {sizes['V']}")
+            raise InputError(
+                f"Surface.standing has {len(self.standing.vertices)} vertices; expected the surface's {sizes['V']}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -329,7 +369,8 @@ class Reconstruction(Record):
     from_body : bool
         Whether the surface is the fitted body itself, pushed out: a fit to it finds nothing new.
     expected_colors : (V, 3) float32 or None
-        c^p of Eq. 14: sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown; None if it expects nothing.
+        c^p of Eq. 14: sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown;
+        None if it expects nothing.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"expected_colors"})
@@ -423,7 +464,11 @@ class Character(Record):
     parts: IntArray
 
     def __post_init__(self) -> None:
-        sizes = {"V": len(self.surface.vertices), "bones": len(self.body.bone_names), "body": len(self.body.vertices)}
+        sizes = {
+            "V": len(self.surface.vertices),
+            "bones": len(self.body.bone_names),
+            "body": len(self.body.vertices),
+        }
         self._check("weights", ("V", 4), sizes)
         self._check("bones", ("V", 4), sizes, below="bones")
         self._check("anchors", ("V",), sizes, below="body")
@@ -447,8 +492,9 @@ class RenderSettings(Record):
     views : tuple of str
         `VIEWS`, "turntable", or names of cameras of one's own (`a2v.rendering.CameraPath`).
     background : str
-        "stage": ground and backdrop; else a person with shadow on "#rrggbb", on a picture ("image", which is given beside
-        these settings) or on nothing ("transparent": frames have an alpha channel).
+        "stage": ground and backdrop; else a person with shadow on "#rrggbb", on a picture ("image",
+        which is given beside these settings) or on nothing ("transparent": frames have an alpha
+        channel).
     denoise : bool
         Open Image Denoise on every frame.
     variant : str
@@ -457,7 +503,8 @@ class RenderSettings(Record):
         Threads of one render process; 0 for all cores.
     seed : int
     follow : bool
-        The cameras of `VIEWS` go along with the character; False: they stand still and see its whole path.
+        The cameras of `VIEWS` go along with the character; False: they stand still and see its
+        whole path.
     """
 
     size: int = 512
@@ -474,13 +521,19 @@ class RenderSettings(Record):
 
     def __post_init__(self) -> None:
         if not 16 <= self.size <= 4096 or self.size % 2:
-            raise InputError(f"size is {self.size}; expected an even number of pixels from 16 to 4096")
+            raise InputError(
+                f"size is {self.size}; expected an even number of pixels from 16 to 4096"
+            )
         if not re.fullmatch(r"[1-9]\d{0,3}:[1-9]\d{0,3}", self.aspect) or not self._is_moderate:
-            raise InputError(f"aspect is '{self.aspect}'; expected width:height from 1:4 to 4:1, such as 9:16")
+            raise InputError(
+                f"aspect is '{self.aspect}'; expected width:height from 1:4 to 4:1, such as 9:16"
+            )
         if not 1 <= self.spp <= 65536:
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
         if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
-            raise InputError(f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are named so")
+            raise InputError(
+                f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are named so"
+            )
         if not 0 <= self.seed < 2**32:
             raise InputError(f"the renderer's seed is {self.seed}; expected 0 to {2**32 - 1}")
         if not self.views:
@@ -488,7 +541,9 @@ class RenderSettings(Record):
         if doubles := [view for view in self.views if self.views.count(view) > 1]:
             raise InputError(f"view '{doubles[0]}' is given twice")
         if not re.fullmatch(r"stage|transparent|image|#[0-9a-f]{6}", self.background):
-            raise InputError(f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f")
+            raise InputError(
+                f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f"
+            )
 
     @property
     def _is_moderate(self) -> bool:

@@ -1,9 +1,10 @@
-"""Eq. 20 measured: speed beside Open3D's ARAP, distortion beside skinning and beside moving the control points alone.
+"""Eq. 20 measured: speed beside Open3D's ARAP, distortion beside skinning and beside moving the
+control points alone.
 
     python -m benchmarks.arap [--vertices 30000] [--out table.md]
 
-Times are CPU seconds (all threads), so that other work on the machine does not count; set OMP_NUM_THREADS=1. Needs the DeepMimic clips of
-``$A2V_DATA/motions`` (default ``../shared/data``).
+Times are CPU seconds (all threads), so that other work on the machine does not count; set
+OMP_NUM_THREADS=1. Needs the DeepMimic clips of ``$A2V_DATA/motions`` (default ``../shared/data``).
 """
 
 from __future__ import annotations
@@ -40,13 +41,17 @@ def clothed(body: Body, vertices: int) -> Surface:
     meshes.generate_surface_reconstruction_screened_poisson(depth=8, preclean=True)
     area = meshes.get_geometric_measures()["surface_area"]
     edge = np.sqrt(2 * area / vertices / np.sqrt(3)) * 1.03
-    meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(float(edge)), iterations=4)
+    meshes.meshing_isotropic_explicit_remeshing(
+        targetlen=pymeshlab.PureValue(float(edge)), iterations=4
+    )
     meshes.meshing_remove_connected_component_by_face_number(mincomponentsize=5000)
     meshes.meshing_repair_non_manifold_edges()
     meshes.meshing_remove_unreferenced_vertices()
     mesh = meshes.current_mesh()
     points = mesh.vertex_matrix().astype(np.float32)
-    return Surface(vertices=points, faces=mesh.face_matrix().astype(np.int32), colors=np.full_like(points, 0.5))
+    return Surface(
+        vertices=points, faces=mesh.face_matrix().astype(np.int32), colors=np.full_like(points, 0.5)
+    )
 
 
 def distortion(vertices: FloatArray, rest: FloatArray, faces: IntArray) -> tuple[float, float]:
@@ -54,19 +59,27 @@ def distortion(vertices: FloatArray, rest: FloatArray, faces: IntArray) -> tuple
 
     def areas(points: FloatArray) -> FloatArray:
         corners = points[faces].astype(np.float64)
-        return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)  # type: ignore[no-any-return]
+        return np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )  # type: ignore[no-any-return]
 
     edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
-    now, before = (np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (vertices, rest))
+    now, before = (
+        np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (vertices, rest)
+    )
     ratio = np.maximum(areas(vertices), 1e-12) / np.maximum(areas(rest), 1e-12)
-    return float(np.abs(np.log(ratio)).mean()), float(np.abs(np.log(np.maximum(now, 1e-9) / np.maximum(before, 1e-9))).mean())
+    return float(np.abs(np.log(ratio)).mean()), float(
+        np.abs(np.log(np.maximum(now, 1e-9) / np.maximum(before, 1e-9))).mean()
+    )
 
 
 def poses(body: Body, data: Path) -> list[FloatArray]:
     """Bone transforms (B, 4, 4) of frames spread over the motions."""
     out: list[FloatArray] = []
     for name in MOTIONS:
-        transforms = retarget(read_motion(data / "motions" / f"humanoid3d_{name}.txt", fps=20), body)
+        transforms = retarget(
+            read_motion(data / "motions" / f"humanoid3d_{name}.txt", fps=20), body
+        )
         out += [transforms[t] for t in np.linspace(2, len(transforms) - 1, FRAMES_EACH).astype(int)]
     return out
 
@@ -77,19 +90,24 @@ def open3d_seconds(character: Character, targets: FloatArray, iterations: int) -
 
     surface = character.surface
     mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(surface.vertices.astype(np.float64)), open3d.utility.Vector3iVector(surface.faces)
+        open3d.utility.Vector3dVector(surface.vertices.astype(np.float64)),
+        open3d.utility.Vector3iVector(surface.faces),
     )
     ids = np.arange(0, len(surface.vertices), 10)
     start = time.process_time()
     mesh.deform_as_rigid_as_possible(
-        open3d.utility.IntVector(ids.tolist()), open3d.utility.Vector3dVector(targets[ids]), max_iter=iterations
+        open3d.utility.IntVector(ids.tolist()),
+        open3d.utility.Vector3dVector(targets[ids]),
+        max_iter=iterations,
     )
     return time.process_time() - start
 
 
 def main() -> int:
     """Run and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--vertices", type=int, default=30_000)
     parser.add_argument("--out", type=Path, default=None, help="also write the table there")
     options = parser.parse_args()
@@ -108,7 +126,11 @@ def main() -> int:
     assert isinstance(character, Character)
     deformer, factor_seconds = timed(lambda: ArapDeformer(character))
     assert isinstance(deformer, ArapDeformer)
-    rows: dict[str, list[tuple[float, float, float]]] = {"skinning": [], "control points alone": [], "ARAP (Eq. 20)": []}
+    rows: dict[str, list[tuple[float, float, float]]] = {
+        "skinning": [],
+        "control points alone": [],
+        "ARAP (Eq. 20)": [],
+    }
     iterations: list[int] = []
     falls: list[float] = []
     frames = poses(body, data)
@@ -126,14 +148,20 @@ def main() -> int:
     for name, work in works.items():
         work(frames[0])  # warm up
         posed = [timed(lambda pose=pose, work=work: work(pose)) for pose in frames]
-        rows[name] = [(*distortion(np.asarray(v), surface.vertices, surface.faces), seconds) for v, seconds in posed]
+        rows[name] = [
+            (*distortion(np.asarray(v), surface.vertices, surface.faces), seconds)
+            for v, seconds in posed
+        ]
     targets = control_points(character, frames[3])
     count = int(np.median(iterations))
     theirs = min(open3d_seconds(character, targets, count) for _ in range(3))
     hard = np.zeros(len(surface.vertices))
     hard[::10] = 1e6
     solver = ArapSolver(surface.vertices, surface.faces.astype(np.int64), hard)
-    same = min(timed(lambda: solver.solve(targets, start=targets, iterations=count, tolerance=-1.0))[1] for _ in range(3))
+    same = min(
+        timed(lambda: solver.solve(targets, start=targets, iterations=count, tolerance=-1.0))[1]
+        for _ in range(3)
+    )
     lines = [
         f"{len(surface.vertices):,} vertices, {len(surface.faces):,} faces, {len(frames)} frames of {', '.join(MOTIONS)}; "
         f"bind {bind_seconds:.1f} s, factor {factor_seconds:.2f} s (once a character); median {count} iterations, "

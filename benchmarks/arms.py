@@ -1,6 +1,8 @@
-"""How often arms lie within the trunk, before and after `a2v.animation.clear_arms`: python -m benchmarks.arms [--every 1] [--model cmu-fine] [--body broad]
+"""How often arms lie within the trunk, before and after `a2v.animation.clear_arms`: python -m
+benchmarks.arms [--every 1] [--model cmu-fine] [--body broad]
 
-Four seconds of every action, seed 0, on the average body, a broad one, or that of the shipped sample photo, which is fitted first.
+Four seconds of every action, seed 0, on the average body, a broad one, or that of the shipped
+sample photo, which is fitted first.
 """
 
 from __future__ import annotations
@@ -34,13 +36,17 @@ def body_of(name: str) -> Body:
     if name == "sample":
         import a2v
 
-        return a2v.make_character(str(Path(a2v.__file__).parent / "samples/person.jpg")).character.body
+        return a2v.make_character(
+            str(Path(a2v.__file__).parent / "samples/person.jpg")
+        ).character.body
     return make_body(load_body_model(), shape=BROAD if name == "broad" else None, grounded=True)
 
 
 def main() -> None:
     """Print the shares of frames, and the accelerations of wrists."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--model", default="cmu-fine")
     parser.add_argument("--every", type=int, default=1, help="n-th action only")
     parser.add_argument("--body", choices=("average", "broad", "sample"), default="average")
@@ -56,21 +62,41 @@ def main() -> None:
         return float(np.quantile(np.linalg.norm(steps, axis=-1), 0.95))
 
     rows, seconds = [], []
-    chosen = [name.strip() for name in given.actions.split(",")] if given.actions else list(model.actions[:: given.every])
+    chosen = (
+        [name.strip() for name in given.actions.split(",")]
+        if given.actions
+        else list(model.actions[:: given.every])
+    )
     clips = list(itertools.product(chosen, range(given.seeds)))
     for action, seed in clips:
         motion = make_motion(model, [Step(action=action)], Take(frames=120, fps=FPS, seed=seed))
-        before = retarget(motion, body, settings=RetargetSettings(clear_arms=False)).astype(np.float64)
+        before = retarget(motion, body, settings=RetargetSettings(clear_arms=False)).astype(
+            np.float64
+        )
         started = time.process_time()
         after = clear_arms(before, rig, FPS)
         seconds.append(time.process_time() - started)
-        rows.append([*((arm_depth(moves, rig).max(1) > WITHIN).mean() for moves in (before, after)), jolt(before), jolt(after)])
+        rows.append(
+            [
+                *((arm_depth(moves, rig).max(1) > WITHIN).mean() for moves in (before, after)),
+                jolt(before),
+                jolt(after),
+            ]
+        )
     table = np.array(rows)
     for at in np.argsort(-table[:, 1])[:8]:
-        print(f"  {clips[at][0]}, seed {clips[at][1]}: {table[at, 0]:.3f} before, {table[at, 1]:.3f} after; acceleration {table[at, 3] / table[at, 2]:.2f} times")
-    print(f"{len(table)} clips: frames with an arm over {WITHIN * 100:.0f} cm within: {table[:, 0].mean():.3f} before, {table[:, 1].mean():.3f} after;")
-    print(f"clips with such frames: {(table[:, 0] > 0).sum()} before, {(table[:, 1] > 0).sum()} after; most after {table[:, 1].max():.2f}")
-    print(f"acceleration of wrists, 95 % quantile: {np.median(table[:, 3] / table[:, 2]):.2f} times, at most {(table[:, 3] / table[:, 2]).max():.2f}")
+        print(
+            f"  {clips[at][0]}, seed {clips[at][1]}: {table[at, 0]:.3f} before, {table[at, 1]:.3f} after; acceleration {table[at, 3] / table[at, 2]:.2f} times"
+        )
+    print(
+        f"{len(table)} clips: frames with an arm over {WITHIN * 100:.0f} cm within: {table[:, 0].mean():.3f} before, {table[:, 1].mean():.3f} after;"
+    )
+    print(
+        f"clips with such frames: {(table[:, 0] > 0).sum()} before, {(table[:, 1] > 0).sum()} after; most after {table[:, 1].max():.2f}"
+    )
+    print(
+        f"acceleration of wrists, 95 % quantile: {np.median(table[:, 3] / table[:, 2]):.2f} times, at most {(table[:, 3] / table[:, 2]).max():.2f}"
+    )
     print(f"{np.median(seconds):.2f} CPU s a clip of 120 frames")
 
 

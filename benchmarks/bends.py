@@ -1,7 +1,8 @@
-"""Does the authors' classifier know recordings that are bent along circles? python -m benchmarks.bends [--data ../shared/data]
+"""Does the authors' classifier know recordings that are bent along circles? python -m
+benchmarks.bends [--data ../shared/data]
 
-What generated motions along a path are held to: steps and bodies of real clips are turned by how far they have come, and shown as
-`benchmarks.direction` shows generated ones.
+What generated motions along a path are held to: steps and bodies of real clips are turned by how
+far they have come, and shown as `benchmarks.direction` shows generated ones.
 """
 
 from __future__ import annotations
@@ -25,22 +26,33 @@ CLIPS = 25
 
 
 def bent(joints: FloatArray, radius: float) -> FloatArray:
-    """A clip (T, J, 3), metres, that begins at the origin facing +z, led round a circle to the left (a negative radius: to the right)."""
-    ahead = face_forward(joints[None], first_heading(joints[None], MotionModel.load("cmu-fine").skeleton))[0].astype(np.float64)
+    """A clip (T, J, 3), metres, that begins at the origin facing +z, led round a circle to the left
+    (a negative radius: to the right)."""
+    ahead = face_forward(
+        joints[None], first_heading(joints[None], MotionModel.load("cmu-fine").skeleton)
+    )[0].astype(np.float64)
     steps = np.diff(ahead[:, 0], axis=0)
     come = np.concatenate([[0], np.cumsum(np.linalg.norm(steps[:, [0, 2]], axis=-1))])
     turns = yaw_to_rotmat(come / radius)
-    root = ahead[:1, 0] + np.concatenate([np.zeros((1, 3)), np.cumsum(np.einsum("tab,tb->ta", turns[:-1], steps), axis=0)])
+    root = ahead[:1, 0] + np.concatenate(
+        [np.zeros((1, 3)), np.cumsum(np.einsum("tab,tb->ta", turns[:-1], steps), axis=0)]
+    )
     led: FloatArray = np.einsum("tab,tjb->tja", turns, ahead - ahead[:, :1]) + root[:, None]
     return led
 
 
 def main() -> None:
     """Print a row for each action and radius."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     data = parser.parse_args().data
-    fine, model, evaluator = load_dataset("cmu-fine", data), MotionModel.load("cmu-fine"), load_evaluator(data / "evaluators" / EVALUATOR)
+    fine, model, evaluator = (
+        load_dataset("cmu-fine", data),
+        MotionModel.load("cmu-fine"),
+        load_evaluator(data / "evaluators" / EVALUATOR),
+    )
     print("| action | clips | radius m | recognised |\n|---|---|---|---|")
     for action in FAMILY:
         label = fine.actions.index(action)
@@ -52,8 +64,15 @@ def main() -> None:
                 led = bent(joints - joints[:1, :1], radius)
                 led = led[np.minimum(np.arange(fine.length), len(led) - 1)][None]
                 faced = np.random.default_rng(0).choice(model.card.headings[label], 8)  # type: ignore[attr-defined]
-                shown = np.concatenate([face_forward(led, np.array([[np.cos(a), -np.sin(a)]])) for a in faced])
-                known.append((evaluator(model.to_native(shown.astype(np.float32)))[1] == FAMILY[action]).mean() > 0.5)
+                shown = np.concatenate(
+                    [face_forward(led, np.array([[np.cos(a), -np.sin(a)]])) for a in faced]
+                )
+                known.append(
+                    (
+                        evaluator(model.to_native(shown.astype(np.float32)))[1] == FAMILY[action]
+                    ).mean()
+                    > 0.5
+                )
             print(f"| {action} | {len(own)} | {radius:g} | {np.mean(known):.2f} |")
 
 

@@ -1,9 +1,12 @@
-"""How far off in depth landmarks are, before the fit and after it: `python -m benchmarks.depth --studio FOLDER [--fits] [--panel development]`.
+"""How far off in depth landmarks are, before the fit and after it: `python -m benchmarks.depth
+--studio FOLDER [--fits] [--panel development]`.
 
-People in action whose truth is known (`a2v.lab.evaluation.reconstruction.panels`), found by a2v's perception. By class of pose: mean errors in
-depth of the landmarks of trunk, head, arms and legs, relative to the trunk's, in cm. First those of perception (seconds a photo); with
-``--fits`` also those of the fit, and of a fit that is given the true depths of all 33 landmarks: what better depths could bring at most. Of
-the fits also the naked body's aligned Chamfer distance to the dressed truth, cm. Needs ``$A2V_DATA`` with avatars and motions.
+People in action whose truth is known (`a2v.lab.evaluation.reconstruction.panels`), found by a2v's
+perception. By class of pose: mean errors in depth of the landmarks of trunk, head, arms and legs,
+relative to the trunk's, in cm. First those of perception (seconds a photo); with ``--fits`` also
+those of the fit, and of a fit that is given the true depths of all 33 landmarks: what better depths
+could bring at most. Of the fits also the naked body's aligned Chamfer distance to the dressed
+truth, cm. Needs ``$A2V_DATA`` with avatars and motions.
 """
 
 from __future__ import annotations
@@ -18,7 +21,13 @@ import numpy as np
 
 from a2v.body import fit_body
 from a2v.body.limbs import LIMBS, TRUNK
-from a2v.lab.evaluation.reconstruction import PANELS, BenchmarkSettings, Truth, open_case, open_studio
+from a2v.lab.evaluation.reconstruction import (
+    PANELS,
+    BenchmarkSettings,
+    Truth,
+    open_case,
+    open_studio,
+)
 from a2v.lab.evaluation.reconstruction.cases import Case
 from a2v.perception import find_person
 from a2v.perception.depth import HIPS, picture_plane
@@ -26,7 +35,8 @@ from a2v.types import FloatArray, Subject
 
 
 def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
-    """True depths (33,) from the middle of the hips in the metres of `Subject.keypoints_3d`, and such metres in one true metre."""
+    """True depths (33,) from the middle of the hips in the metres of `Subject.keypoints_3d`, and
+    such metres in one true metre."""
     _, scale = picture_plane(subject.keypoints, subject.keypoints_3d)
     zoom = subject.image.shape[1] / (subject.crop[2] - subject.crop[0])
     factor = case.camera.scale * zoom / scale
@@ -34,9 +44,13 @@ def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
 
 
 def by_limb(gap: FloatArray) -> dict[str, float]:
-    """Mean absolute errors by limb, cm, of gaps in depth (33,), metres, once the trunk's is taken off."""
+    """Mean absolute errors by limb, cm, of gaps in depth (33,), metres, once the trunk's is taken
+    off."""
     gap = gap - gap[list(TRUNK)].mean()
-    return {f"depth_{limb}": 100 * float(np.abs(gap[list(places)]).mean()) for limb, places in LIMBS.items()}
+    return {
+        f"depth_{limb}": 100 * float(np.abs(gap[list(places)]).mean())
+        for limb, places in LIMBS.items()
+    }
 
 
 def measure(case: Case, fits: bool) -> dict[str, dict[str, float]]:
@@ -45,16 +59,27 @@ def measure(case: Case, fits: bool) -> dict[str, dict[str, float]]:
     true, factor = true_depths(case, subject)
     found = {"perception": by_limb((subject.keypoints_3d[:, 2] - true) / factor)}
     if fits:
-        told = dataclasses.replace(subject, keypoints_3d=np.c_[subject.keypoints_3d[:, :2], true].astype(np.float32))
+        told = dataclasses.replace(
+            subject, keypoints_3d=np.c_[subject.keypoints_3d[:, :2], true].astype(np.float32)
+        )
         truth = Truth(case, BenchmarkSettings(size=64, points=20_000))
-        found |= {name: truth.compare_fit(fit_body(one), one) for name, one in {"fit": subject, "fit to true depths": told}.items()}
+        found |= {
+            name: truth.compare_fit(fit_body(one), one)
+            for name, one in {"fit": subject, "fit to true depths": told}.items()
+        }
     return found
 
 
 def main() -> None:
     """Measure and print a table for each source of depths."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--studio", required=True, help="folder of a2v studio; the photos are kept in its folder cases")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--studio",
+        required=True,
+        help="folder of a2v studio; the photos are kept in its folder cases",
+    )
     parser.add_argument("--panel", default="development", choices=sorted(PANELS))
     parser.add_argument("--views", type=int, default=100)
     parser.add_argument("--fits", action="store_true")
@@ -65,7 +90,10 @@ def main() -> None:
     for pin in PANELS[options.panel][: options.views]:
         case = open_case(studio, pin, Path(options.studio) / "cases")
         for source, errors in measure(case, options.fits).items():
-            arms, legs = ((errors[f"depth_left_{limb}"] + errors[f"depth_right_{limb}"]) / 2 for limb in ("arm", "leg"))
+            arms, legs = (
+                (errors[f"depth_left_{limb}"] + errors[f"depth_right_{limb}"]) / 2
+                for limb in ("arm", "leg")
+            )
             values = [errors["depth_trunk"], errors["depth_head"], arms, legs]
             if "body_aligned" in errors:
                 values.append(errors["body_aligned"])
@@ -76,7 +104,11 @@ def main() -> None:
         columns = ["trunk", "head", "arms", "legs", "body"][: len(table["all"][0])]
         print(f"\n| {source} | {' | '.join(columns)} |\n{'|---' * (1 + len(columns))}|")
         for name, every in sorted(table.items(), key=lambda item: item[0] == "all"):
-            print(f"| {name} ({len(every)}) | " + " | ".join(f"{value:.2f}" for value in np.mean(every, axis=0)) + " |")
+            print(
+                f"| {name} ({len(every)}) | "
+                + " | ".join(f"{value:.2f}" for value in np.mean(every, axis=0))
+                + " |"
+            )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,11 @@
-"""How near directed motions come to what they are asked for, and what it costs: python -m benchmarks.direction [--data ../shared/data]
+"""How near directed motions come to what they are asked for, and what it costs: python -m
+benchmarks.direction [--data ../shared/data]
 
-Three actions that travel, each along three paths with several seeds: distance of the root from the path, feet and jitter beside the
-same actions undirected and as long (on the ground as the commands leave them, thirty frames a second), time, and how often the authors' classifier recognises
-the action in the first window. Poses of one clip asked for in another, a place, a heading, a hand that is held: how far off they are.
+Three actions that travel, each along three paths with several seeds: distance of the root from the
+path, feet and jitter beside the same actions undirected and as long (on the ground as the commands
+leave them, thirty frames a second), time, and how often the authors' classifier recognises the
+action in the first window. Poses of one clip asked for in another, a place, a heading, a hand that
+is held: how far off they are.
 """
 
 from __future__ import annotations
@@ -42,19 +45,24 @@ PATHS = MappingProxyType({
 def away(motion: Motion, path: GroundPath) -> FloatArray:
     """Distance (T,) of the root from a path, metres."""
     dense = path.at(np.linspace(0, path.lengths[-1], 4000))
-    distance: FloatArray = np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(1)
+    distance: FloatArray = np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(
+        1
+    )
     return distance
 
 
 def recognised(model: MotionModel, evaluator: Evaluator, motion: Motion, action: str) -> bool:
-    """Whether the classifier knows a clip's first window, turned as the data's clips of the action are."""
+    """Whether the classifier knows a clip's first window, turned as the data's clips of the action
+    are."""
     window, label = model.card.frames, model.label(action)
     share = model.sampler.active_share(label)  # type: ignore[union-attr]
     joints = resample_motion(motion, model.fps).joints[: round(share * window)]
     joints = joints[np.minimum(np.arange(window), len(joints) - 1)][None]
     turned = float(heading(joints[:, 0], model.skeleton)[0])
     faced = np.random.default_rng(0).choice(model.card.headings[label], 8)  # type: ignore[attr-defined]
-    clips = np.concatenate([face_forward(joints, np.array([[np.cos(turned - a), np.sin(turned - a)]])) for a in faced])
+    clips = np.concatenate(
+        [face_forward(joints, np.array([[np.cos(turned - a), np.sin(turned - a)]])) for a in faced]
+    )
     found: BoolArray = evaluator(model.to_native(clips.astype(np.float32)))[1] == FAMILY[action]
     return bool(found.mean() > 0.5)
 
@@ -68,23 +76,52 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
         path, rows, took, plain_took = GroundPath(points), [], 0.0, 0.0
         for seed in range(seeds):
             begun = time.process_time()
-            made = make_motion(model, [Step(action=action)], Take(frames=60, fps=FPS, seed=seed), direction=Direction(path=path))
+            made = make_motion(
+                model,
+                [Step(action=action)],
+                Take(frames=60, fps=FPS, seed=seed),
+                direction=Direction(path=path),
+            )
             took += time.process_time() - begun
             begun = time.process_time()
-            free.append(make_motion(model, [Step(action=action, frames=made.frames)], Take(frames=60, fps=FPS, seed=seed)))
+            free.append(
+                make_motion(
+                    model,
+                    [Step(action=action, frames=made.frames)],
+                    Take(frames=60, fps=FPS, seed=seed),
+                )
+            )
             plain_took += time.process_time() - begun
             physics, distance = physics_metrics(made, floor=None), away(made, path)
             known = recognised(model, evaluator, made, action) if evaluator else np.nan
             end = float(np.linalg.norm(made.root[-1, [0, 2]] - points[-1]))
-            rows.append((100 * distance.mean(), 100 * distance.max(), 100 * end, physics.skating, physics.slide, physics.jitter, known))
+            rows.append(
+                (
+                    100 * distance.mean(),
+                    100 * distance.max(),
+                    100 * end,
+                    physics.skating,
+                    physics.slide,
+                    physics.jitter,
+                    known,
+                )
+            )
         mean, worst = np.mean(rows, axis=0), np.max(rows, axis=0)
         print(
             f"| {action} | {name} | {mean[0]:.1f} | {worst[1]:.0f} | {worst[2]:.0f} | {mean[3]:.3f} | {mean[4]:.1f} | {mean[5]:.1f} | {mean[6]:.2f} | {took / plain_took:.1f} |"
         )
     plain = [physics_metrics(motion, floor=None) for motion in free]
-    share = np.mean([recognised(model, evaluator, motion, action) for motion in free]) if evaluator else np.nan
-    skating, slide, shake = (np.mean([getattr(one, name) for one in plain]) for name in ("skating", "slide", "jitter"))
-    print(f"| {action} | undirected | | | | {skating:.3f} | {slide:.1f} | {shake:.1f} | {share:.2f} | 1 |")
+    share = (
+        np.mean([recognised(model, evaluator, motion, action) for motion in free])
+        if evaluator
+        else np.nan
+    )
+    skating, slide, shake = (
+        np.mean([getattr(one, name) for one in plain]) for name in ("skating", "slide", "jitter")
+    )
+    print(
+        f"| {action} | undirected | | | | {skating:.3f} | {slide:.1f} | {shake:.1f} | {share:.2f} | 1 |"
+    )
 
 
 def wishes(model: MotionModel, seeds: int) -> None:
@@ -97,43 +134,95 @@ def wishes(model: MotionModel, seeds: int) -> None:
     for seed in range(seeds):
         clips = [model.sample("Walk", frames=60, seed=100 + 2 * seed + one) for one in (0, 1)]
         goal = clips[1].joints[30] - clips[1].joints[30, 0] * (1, 0, 1) + (0.3, 0, 3.0)
-        keys = (Keyframe(time=0, joints=clips[0].joints[0]), Keyframe(time=3, joints=goal.astype(np.float32)))
-        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(keyframes=keys))
-        poses += [np.linalg.norm(made.joints[at] - pose, axis=-1).max() for at, pose in ((0, clips[0].joints[0]), (90, goal))]
-        keys = (Keyframe(time=4, at=(1.0, 3.0)), Keyframe(time=12, at=(4.0, 6.0), heading=np.pi / 2))
-        made = make_motion(model, [Step(action="Walk")], Take(frames=400, fps=FPS, seed=seed), direction=Direction(keyframes=keys))
-        places += [float(np.linalg.norm(made.root[round(key.time * FPS), [0, 2]] - np.array(key.at))) for key in keys]
+        keys = (
+            Keyframe(time=0, joints=clips[0].joints[0]),
+            Keyframe(time=3, joints=goal.astype(np.float32)),
+        )
+        made = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=150, fps=FPS, seed=seed),
+            direction=Direction(keyframes=keys),
+        )
+        poses += [
+            np.linalg.norm(made.joints[at] - pose, axis=-1).max()
+            for at, pose in ((0, clips[0].joints[0]), (90, goal))
+        ]
+        keys = (
+            Keyframe(time=4, at=(1.0, 3.0)),
+            Keyframe(time=12, at=(4.0, 6.0), heading=np.pi / 2),
+        )
+        made = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=400, fps=FPS, seed=seed),
+            direction=Direction(keyframes=keys),
+        )
+        places += [
+            float(np.linalg.norm(made.root[round(key.time * FPS), [0, 2]] - np.array(key.at)))
+            for key in keys
+        ]
         hips = model.skeleton.hips or (0, 0)
         across = made.joints[360, hips[0]] - made.joints[360, hips[1]]
         faces.append(abs(np.degrees(np.arctan2(-across[2], across[0])) - 90))
-        plain = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(heading=0.0))
+        plain = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=150, fps=FPS, seed=seed),
+            direction=Direction(heading=0.0),
+        )
         at, own = plain.joints[75, 6] + (0, 0.2, 0.1), (0.25, 0.3, 0.35)
         holds = (Hold(joint="left_wrist", start=2, end=3, at=tuple(at.astype(float))),)
-        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(holds=holds))
+        made = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=150, fps=FPS, seed=seed),
+            direction=Direction(holds=holds),
+        )
         held.append(np.linalg.norm(made.joints[60:91, 6] - at, axis=-1).max())
         holds = (Hold(joint="left_wrist", start=1, end=4, at=own, body=True),)
-        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(holds=holds))
+        made = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=150, fps=FPS, seed=seed),
+            direction=Direction(holds=holds),
+        )
         yaw = heading(made.joints, model.skeleton)[30:121]
         turned = np.stack(
-            [np.cos(yaw) * own[0] + np.sin(yaw) * own[2], np.full(len(yaw), own[1]), np.cos(yaw) * own[2] - np.sin(yaw) * own[0]], -1
+            [
+                np.cos(yaw) * own[0] + np.sin(yaw) * own[2],
+                np.full(len(yaw), own[1]),
+                np.cos(yaw) * own[2] - np.sin(yaw) * own[0],
+            ],
+            -1,
         )
-        bodily.append(np.linalg.norm(made.joints[30:121, 6] - made.joints[30:121, 0] - turned, axis=-1).max())
+        bodily.append(
+            np.linalg.norm(made.joints[30:121, 6] - made.joints[30:121, 0] - turned, axis=-1).max()
+        )
     for name, found, unit in (
         ("a pose, its farthest joint", poses, "cm"), ("a place", places, "cm"), ("a heading by the hips", faces, "°"),
         ("a hand held in place", held, "cm"), ("a hand held before the body", bodily, "cm"),
     ):  # fmt: skip
         factor = 100 if unit == "cm" else 1
-        print(f"| {name} | {factor * np.mean(found):.1f} {unit} | {factor * np.max(found):.1f} {unit} |")
+        print(
+            f"| {name} | {factor * np.mean(found):.1f} {unit} | {factor * np.max(found):.1f} {unit} |"
+        )
 
 
 def main() -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=File, default=File("../shared/data"))
     parser.add_argument("--seeds", type=int, default=8)
     options = parser.parse_args()
     model = MotionModel.load("cmu-fine")
-    print("| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognised | time |\n" + "|---" * 10 + "|")
+    print(
+        "| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognised | time |\n"
+        + "|---" * 10
+        + "|"
+    )
     for action in FAMILY:
         along_paths(model, action, options.seeds, options.data)
     print("\n| asked for | mean | worst |\n|---|---|---|")

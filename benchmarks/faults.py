@@ -1,13 +1,16 @@
-"""A batch while things break: workers killed, requests of the object store failing, the scheduler restarted, a photo damaged.
+"""A batch while things break: workers killed, requests of the object store failing, the scheduler
+restarted, a photo damaged.
 
-    python -m benchmarks.faults --folder out/faults --jobs 200 --kill-every 20 --moto ENVIRONMENT/bin/python
-    python -m benchmarks.faults --folder out/faults --single-kills 100
+    python -m benchmarks.faults --folder out/faults --jobs 200 --kill-every 20 --moto
+    ENVIRONMENT/bin/python python -m benchmarks.faults --folder out/faults --single-kills 100
     python -m benchmarks.faults --folder out/faults --memory 1000
 
-The first compares every file with those of an undisturbed run; the second kills single runs at random moments of their whole length and
-compares what they give in the end; the third follows the memory of driver and worker over many remembered jobs. The first two end after
-``--for`` seconds and go on where they were by the same command: a batch loses its driver and its cluster then, but not the object store.
-An S3 server is started with a Python that has ``moto[s3,server]``; without one the object store is a folder whose requests do not fail.
+The first compares every file with those of an undisturbed run; the second kills single runs at
+random moments of their whole length and compares what they give in the end; the third follows the
+memory of driver and worker over many remembered jobs. The first two end after ``--for`` seconds and
+go on where they were by the same command: a batch loses its driver and its cluster then, but not
+the object store. An S3 server is started with a Python that has ``moto[s3,server]``; without one
+the object store is a folder whose requests do not fail.
 """
 
 from __future__ import annotations
@@ -52,7 +55,18 @@ def failing(environment, start):
 run_simple("127.0.0.1", int(sys.argv[1]), failing, threaded=True)
 """
 DASK = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
-LIGHT = ("--fit.rounds", 2, "--fit.steps", 3, "--perception.refine", "false", "--implicit.resolution", 200, "--implicit.vertices", 25000)
+LIGHT = (
+    "--fit.rounds",
+    2,
+    "--fit.steps",
+    3,
+    "--perception.refine",
+    "false",
+    "--implicit.resolution",
+    200,
+    "--implicit.vertices",
+    25000,
+)
 """A person in a quarter of the time."""
 QUIET: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
@@ -65,32 +79,70 @@ def free_port() -> int:
 
 
 def write_jobs(folder: Path, count: int, people: int) -> Path:
-    """A table of `count` jobs of `people` people (the sample, brighter by steps), the last of a damaged photo."""
+    """A table of `count` jobs of `people` people (the sample, brighter by steps), the last of a
+    damaged photo."""
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(people):
-        Image.open(SAMPLE).point(lambda value, more=2 * number: min(value + more, 255)).save(folder / f"p{number}.png")
+        Image.open(SAMPLE).point(lambda value, more=2 * number: min(value + more, 255)).save(
+            folder / f"p{number}.png"
+        )
     (folder / "poisoned.png").write_bytes((folder / "p0.png").read_bytes()[:9000])
-    rows = [f"p{n % people}.png,{ACTIONS[n % len(ACTIONS)]},{n}" for n in range(count - 1)] + ["poisoned.png,Walk,0"]
+    rows = [f"p{n % people}.png,{ACTIONS[n % len(ACTIONS)]},{n}" for n in range(count - 1)] + [
+        "poisoned.png,Walk,0"
+    ]
     (folder / "jobs.csv").write_text("\n".join(["photo,action,seed", *rows, ""]))
     return folder / "jobs.csv"
 
 
 def batch_command(given: argparse.Namespace, jobs: Path, out: Path, *more: str) -> list[str]:
     """The command line of a batch."""
-    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1, *(LIGHT if given.light else ())]
-    return [sys.executable, "-m", "pipelines", "batch", str(jobs), "--out", str(out), *map(str, small), *more]
+    small = [
+        "--frames",
+        given.frames,
+        "--views",
+        "front",
+        "--size",
+        given.size,
+        "--spp",
+        1,
+        *(LIGHT if given.light else ()),
+    ]
+    return [
+        sys.executable,
+        "-m",
+        "pipelines",
+        "batch",
+        str(jobs),
+        "--out",
+        str(out),
+        *map(str, small),
+        *more,
+    ]
 
 
 def digests(out: Path) -> dict[str, str]:
     """SHA-256 of every result by its path."""
-    names = ("video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "thumbnail.jpg")
-    return {str(path.relative_to(out)): sha256(path) for path in sorted(out.glob("*/*")) if path.name in names}
+    names = (
+        "video.mp4",
+        "front.mp4",
+        "character.glb",
+        "motion.bvh",
+        "motion.npz",
+        "preview.html",
+        "thumbnail.jpg",
+    )
+    return {
+        str(path.relative_to(out)): sha256(path)
+        for path in sorted(out.glob("*/*"))
+        if path.name in names
+    }
 
 
 class Cluster:
-    """A scheduler and workers, each with a folder of its own; what dies is started again, as a cluster's manager does.
+    """A scheduler and workers, each with a folder of its own; what dies is started again, as a
+    cluster's manager does.
 
     Parameters
     ----------
@@ -120,10 +172,24 @@ class Cluster:
         folder.mkdir(parents=True, exist_ok=True)
         words = ["--host", self.address, "--no-dashboard", "--no-show"]
         if name != "scheduler":
-            words = [self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", f"{name}-{time.time()}"]
+            words = [
+                self.address,
+                "--nthreads",
+                "1",
+                "--no-dashboard",
+                "--no-nanny",
+                "--name",
+                f"{name}-{time.time()}",
+            ]
         code = DASK.format("dask_scheduler" if name == "scheduler" else "dask_worker")
-        environment = {**self._environment, "A2V_CACHE": str(folder / "cache"), "OMP_NUM_THREADS": "1"}
-        return subprocess.Popen([sys.executable, "-c", code, *words], cwd=folder, env=environment, **QUIET)
+        environment = {
+            **self._environment,
+            "A2V_CACHE": str(folder / "cache"),
+            "OMP_NUM_THREADS": "1",
+        }
+        return subprocess.Popen(
+            [sys.executable, "-c", code, *words], cwd=folder, env=environment, **QUIET
+        )
 
     def kill(self, name: str) -> None:
         """Kill one as if its machine had lost power."""
@@ -183,7 +249,9 @@ class ObjectStore:
             process, port = json.loads(note.read_text())
         else:
             port = free_port()
-            process = subprocess.Popen([moto, "-c", SERVER, str(port), str(chance)], start_new_session=True, **QUIET).pid
+            process = subprocess.Popen(
+                [moto, "-c", SERVER, str(port), str(chance)], start_new_session=True, **QUIET
+            ).pid
             folder.mkdir(parents=True, exist_ok=True)
             note.write_text(json.dumps([process, port]))
         self._process = process, port
@@ -197,7 +265,10 @@ class ObjectStore:
     def _make_bucket(port: int) -> None:
         for _ in range(300):
             with contextlib.suppress(OSError):
-                urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"), timeout=5).close()
+                urllib.request.urlopen(
+                    urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"),
+                    timeout=5,
+                ).close()
                 return
             time.sleep(0.2)
         raise SystemExit(f"no S3 server answers at port {port}; remove the folder and begin anew")
@@ -215,7 +286,9 @@ def processor_time() -> float:
     return spent.ru_utime + spent.ru_stime
 
 
-def one_batch(given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, until: float) -> Ledger:
+def one_batch(
+    given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, until: float
+) -> Ledger:
     """A batch on a cluster of its own, `rough` or not, to its end or `until` the time is over."""
     ledger = Ledger(folder / "ledger.json")
     figures = ledger.figures
@@ -227,7 +300,9 @@ def one_batch(given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, 
     time.sleep(8.0)  # the scheduler is there
     more = ("--executor", "dask", "--address", cluster.address, "--cache", store.url)
     driver = {**store.environment, "A2V_CACHE": str(folder / "driver")}
-    process = subprocess.Popen(batch_command(given, jobs, folder / "out", *more), cwd=ROOT, env=driver)
+    process = subprocess.Popen(
+        batch_command(given, jobs, folder / "out", *more), cwd=ROOT, env=driver
+    )
     draw, last = random.Random(figures["workers killed"]), time.monotonic()
     while process.poll() is None and time.monotonic() < until:
         time.sleep(0.5)
@@ -235,7 +310,11 @@ def one_batch(given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, 
             last = time.monotonic()
             figures["workers killed"] += 1
             cluster.kill(f"w{draw.randrange(given.workers)}")
-        if rough and not figures["schedulers killed"] and len(list((folder / "out").glob("*/job.json"))) > given.jobs // 3:
+        if (
+            rough
+            and not figures["schedulers killed"]
+            and len(list((folder / "out").glob("*/job.json"))) > given.jobs // 3
+        ):
             figures["schedulers killed"] += 1
             cluster.kill("scheduler")
     figures["over"] = process.poll() is not None
@@ -258,13 +337,24 @@ def disturbed(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     jobs = write_jobs(folder / "jobs", given.jobs, given.people)
     until = time.monotonic() + given.seconds
     calm = one_batch(given, jobs, folder / "calm", False, until).figures
-    rough = one_batch(given, jobs, folder / "disturbed", True, until).figures if calm["over"] else calm
-    settings = {name: getattr(given, name) for name in ("jobs", "people", "frames", "size", "workers", "kill_every", "light")}
-    asked = settings | {"s3": given.moto is not None, "failing requests": given.failing if given.moto else 0.0}
+    rough = (
+        one_batch(given, jobs, folder / "disturbed", True, until).figures if calm["over"] else calm
+    )
+    settings = {
+        name: getattr(given, name)
+        for name in ("jobs", "people", "frames", "size", "workers", "kill_every", "light")
+    }
+    asked = settings | {
+        "s3": given.moto is not None,
+        "failing requests": given.failing if given.moto else 0.0,
+    }
     told = asked | {"undisturbed": dict(calm), "disturbed": dict(rough)}
     if not rough["over"]:
         return told
-    calm_files, rough_files = digests(folder / "calm" / "out"), digests(folder / "disturbed" / "out")
+    calm_files, rough_files = (
+        digests(folder / "calm" / "out"),
+        digests(folder / "disturbed" / "out"),
+    )
     return told | {
         "videos": sum(path.endswith("video.mp4") for path in calm_files), "files": len(calm_files),
         "files equal": sum(rough_files.get(path) == digest for path, digest in calm_files.items()),
@@ -287,20 +377,41 @@ def family_time(process: subprocess.Popen[bytes]) -> float:
 
 def stage(store: Path, order: list[str]) -> str:
     """The node that a run was at: the first of `order` that has no record yet."""
-    return next((name for name in order if not any((store / "calls" / name).rglob("*.json"))), "files")
+    return next(
+        (name for name in order if not any((store / "calls" / name).rglob("*.json"))), "files"
+    )
 
 
 def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """Kill a run at random moments, go on, and compare what it gives with a run that nobody disturbed.
+    """Kill a run at random moments, go on, and compare what it gives with a run that nobody
+    disturbed.
 
-    Moments are drawn in processor time of the run with all its processes, so that a busy machine does not shift them.
+    Moments are drawn in processor time of the run with all its processes, so that a busy machine
+    does not shift them.
     """
-    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1, "--workers", 1, "--quiet"]
+    small = [
+        "--frames",
+        given.frames,
+        "--views",
+        "front",
+        "--size",
+        given.size,
+        "--spp",
+        1,
+        "--workers",
+        1,
+        "--quiet",
+    ]
     small += LIGHT if given.light else ()
 
     def start(store: Path, out: Path) -> subprocess.Popen[bytes]:
         words = ["--photo", SAMPLE, "--action", "Walk", "--out", out, "--cache", store, *small]
-        return subprocess.Popen([sys.executable, "-m", "pipelines", "video", *map(str, words)], cwd=ROOT, start_new_session=True, **QUIET)
+        return subprocess.Popen(
+            [sys.executable, "-m", "pipelines", "video", *map(str, words)],
+            cwd=ROOT,
+            start_new_session=True,
+            **QUIET,
+        )
 
     until, ledger = time.monotonic() + given.seconds, Ledger(folder / "ledger.json")
     figures = ledger.figures
@@ -309,7 +420,9 @@ def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
         assert start(folder / "store", folder / "out").wait() == 0
         figures["processor seconds of one run"] = round(processor_time() - spent, 1)
         ledger.save()
-    truth = {path.name: sha256(path) for path in (folder / "out").iterdir() if path.name != "report.json"}
+    truth = {
+        path.name: sha256(path) for path in (folder / "out").iterdir() if path.name != "report.json"
+    }
     records = {
         node.name: [json.loads(path.read_text())["start"] for path in node.rglob("*.json")]
         for node in (folder / "store" / "calls").iterdir()
@@ -331,14 +444,17 @@ def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
         else:
             assert process.returncode == 0
             figures["runs finished"] += 1
-            figures["runs that differ"] += {path.name: sha256(path) for path in out.iterdir() if path.name != "report.json"} != truth
+            figures["runs that differ"] += {
+                path.name: sha256(path) for path in out.iterdir() if path.name != "report.json"
+            } != truth
             shutil.rmtree(store)
         ledger.save()
     return dict(figures)
 
 
 def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """Resident memory of a process that writes many remembered jobs and of one that recalls their graphs, every tenth of them."""
+    """Resident memory of a process that writes many remembered jobs and of one that recalls their
+    graphs, every tenth of them."""
     from pipelines.batch.results import write_job
     from pipelines.batch.rows import Row
     from pipelines.batch.tasks import Planner, perform, recall, steps_of
@@ -347,7 +463,9 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
 
     store = Store(folder / "store")
     planner = Planner(store)
-    asked = VideoRequest.of(photo=SAMPLE, action="Walk", frames=given.frames, views="front", size=given.size, spp=1)
+    asked = VideoRequest.of(
+        photo=SAMPLE, action="Walk", frames=given.frames, views="front", size=given.size, spp=1
+    )
     first = planner.job(Row(number=0, request=asked))
     for task in first.tasks:
         if problem := perform(task, store, {}).problem:
@@ -385,7 +503,9 @@ def _resident() -> int:
 
 def main() -> None:
     """Run what is asked for and print it as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--jobs", type=int, default=0)
     parser.add_argument("--people", type=int, default=2)
     parser.add_argument("--workers", type=int, default=4)
@@ -397,10 +517,16 @@ def main() -> None:
     parser.add_argument("--single-kills", type=int, default=0)
     parser.add_argument("--memory", type=int, default=0)
     parser.add_argument("--light", action="store_true", help="people at small settings")
-    parser.add_argument("--for", type=float, default=1e9, dest="seconds", metavar="SECONDS", help="of a sitting")
+    parser.add_argument(
+        "--for", type=float, default=1e9, dest="seconds", metavar="SECONDS", help="of a sitting"
+    )
     parser.add_argument("--folder", type=Path, required=True)
     given = parser.parse_args()
-    parts = {"batch": (given.jobs, disturbed), "single": (given.single_kills, single_kills), "memory": (given.memory, memory)}
+    parts = {
+        "batch": (given.jobs, disturbed),
+        "single": (given.single_kills, single_kills),
+        "memory": (given.memory, memory),
+    }
     for name, (asked, part) in parts.items():
         if asked:
             print(json.dumps({name: part(given, given.folder / name)}), flush=True)

@@ -1,8 +1,10 @@
 """How much frames flicker: `python -m benchmarks.flicker` (minutes).
 
-A rendered frame is the truth plus an error. An error that stays is not seen in motion, one that changes from frame to frame
-is: flicker is the root mean square of the error's change between consecutive frames, in levels of 255. The truth is the same
-picture with many samples, without denoising. Beside it: whole frames path traced, independent noise (another seed a frame), and no denoising.
+A rendered frame is the truth plus an error. An error that stays is not seen in motion, one that
+changes from frame to frame is: flicker is the root mean square of the error's change between
+consecutive frames, in levels of 255. The truth is the same picture with many samples, without
+denoising. Beside it: whole frames path traced, independent noise (another seed a frame), and no
+denoising.
 """
 
 from __future__ import annotations
@@ -28,12 +30,18 @@ def subject() -> Character:
     normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
     stripes = 0.5 + 0.25 * np.sin(60 * body.vertices) * (0.6, 1.0, 0.8)
     return bind(
-        Surface(vertices=(body.vertices + 0.005 * normals).astype(np.float32), faces=body.faces, colors=stripes.astype(np.float32)), body
+        Surface(
+            vertices=(body.vertices + 0.005 * normals).astype(np.float32),
+            faces=body.faces,
+            colors=stripes.astype(np.float32),
+        ),
+        body,
     )
 
 
 def swing(character: Character, frames: int, fps: float) -> FloatArray:
-    """Bone transforms (T, B, 4, 4): one arm lifts by .36 radians a second while the body drifts along x by 5 cm a second."""
+    """Bone transforms (T, B, 4, 4): one arm lifts by .36 radians a second while the body drifts
+    along x by 5 cm a second."""
     model = load_body_model()
     clip = []
     for step in range(frames):
@@ -41,7 +49,11 @@ def swing(character: Character, frames: int, fps: float) -> FloatArray:
         turns[model.bone("upperarm01.L"), 2] = 0.36 / fps * step
         clip.append(
             make_body(
-                model, turns, translation=np.array([0.048 / fps * step, character.surface.vertices[:, 1].ptp() / 2, 0])
+                model,
+                turns,
+                translation=np.array(
+                    [0.048 / fps * step, character.surface.vertices[:, 1].ptp() / 2, 0]
+                ),
             ).bone_transforms
         )
     moved = np.stack(clip)
@@ -50,7 +62,8 @@ def swing(character: Character, frames: int, fps: float) -> FloatArray:
 
 
 def flicker(errors: FloatArray, where: np.ndarray) -> float:
-    """Root mean square change of errors (T, H, W, 3) between frames over pixels (T, H, W), levels."""
+    """Root mean square change of errors (T, H, W, 3) between frames over pixels (T, H, W),
+    levels."""
     change = np.diff(errors, axis=0)[where[1:] & where[:-1]]
     return float(np.sqrt(np.mean(change**2)))
 
@@ -84,7 +97,10 @@ def main() -> None:
     person, ground = [], []
     for frame, cloud in enumerate(vertices):
         truth = renderer.layers(cloud, cameras[0], spp=options.truth, seed=1000 + frame)
-        ours, other = renderer.layers(cloud, cameras[0]), renderer.layers(cloud, cameras[0], seed=1 + frame)
+        ours, other = (
+            renderer.layers(cloud, cameras[0]),
+            renderer.layers(cloud, cameras[0], seed=1 + frame),
+        )
         pictures["truth"].append(shown(truth, False))
         pictures["ours"].append(255 * linear_to_srgb(renderer.linear(cloud, cameras[0])))
         pictures["all of it path traced"].append(shown(ours, True))
@@ -98,15 +114,24 @@ def main() -> None:
     rows = []
     for name in ("ours", "all of it path traced", "another seed a frame", "not denoised"):
         errors = stacks[name] - stacks["truth"]
-        row = {"name": name} | {f"flicker_{part}": round(flicker(errors, mask), 3) for part, mask in where.items()}
-        row |= {f"error_{part}": round(float(np.sqrt(np.mean(errors[mask] ** 2))), 3) for part, mask in where.items()}
+        row = {"name": name} | {
+            f"flicker_{part}": round(flicker(errors, mask), 3) for part, mask in where.items()
+        }
+        row |= {
+            f"error_{part}": round(float(np.sqrt(np.mean(errors[mask] ** 2))), 3)
+            for part, mask in where.items()
+        }
         rows.append(row)
     print(
         f"{options.frames} frames at {options.fps:g} a second, {options.size} px, 8 spp, truth {options.truth} spp; levels of 255; {time.process_time() - start:.0f} CPU s"
     )
-    print("| | flicker, person | flicker, ground | error, person | error, ground |\n|---|---|---|---|---|")
+    print(
+        "| | flicker, person | flicker, ground | error, person | error, ground |\n|---|---|---|---|---|"
+    )
     for row in rows:
-        print(f"| {row['name']} | {row['flicker_person']} | {row['flicker_ground']} | {row['error_person']} | {row['error_ground']} |")
+        print(
+            f"| {row['name']} | {row['flicker_person']} | {row['flicker_ground']} | {row['error_person']} | {row['error_ground']} |"
+        )
     if options.out:
         options.out.write_text(json.dumps(rows, indent=2) + "\n")
 

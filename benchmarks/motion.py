@@ -1,15 +1,19 @@
-"""Motion models: training beside a plain loop over frames, sampling beside the matrix products' own rate and a plain PyTorch loop.
+"""Motion models: training beside a plain loop over frames, sampling beside the matrix products' own
+rate and a plain PyTorch loop.
 
-    python benchmarks/motion.py [--threads 2] [--repeats 5] [--decoder glmi-m] [--out out/motion_speed.json]
+    python benchmarks/motion.py [--threads 2] [--repeats 5] [--decoder glmi-m] [--out
+    out/motion_speed.json]
 
-The plain loops are what one writes first, and what the published trainer and sampler do: for every frame posterior, prior, generator
-and forward kinematics chain by chain and joint by joint. They share the weights of our model, and their results are compared with
-ours before anything is timed. Speed does not depend on what was learned, so weights are random and no data set is needed.
+The plain loops are what one writes first, and what the published trainer and sampler do: for every
+frame posterior, prior, generator and forward kinematics chain by chain and joint by joint. They
+share the weights of our model, and their results are compared with ours before anything is timed.
+Speed does not depend on what was learned, so weights are random and no data set is needed.
 
-The bars: training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one clip of 60 frames in at
-most 15 ms; 1,000 clips at 50 % or more of the rate of their matrix products alone; one clip at 20 times the speed of the plain
-PyTorch loop; import of export/sample.py and first sample in less than 1.5 s, without torch. Runs of ours and of the other are taken
-in turns, and medians are shown, so that other work on the machine counts for both.
+The bars: training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one
+clip of 60 frames in at most 15 ms; 1,000 clips at 50 % or more of the rate of their matrix products
+alone; one clip at 20 times the speed of the plain PyTorch loop; import of export/sample.py and
+first sample in less than 1.5 s, without torch. Runs of ours and of the other are taken in turns,
+and medians are shown, so that other work on the machine counts for both.
 """
 
 from __future__ import annotations
@@ -61,11 +65,24 @@ def plain_rotmat(rotvec: Tensor) -> Tensor:
     angle = torch.sqrt((rotvec * rotvec).sum(-1) + 1e-12)
     x, y, z = (rotvec / angle[:, None]).unbind(-1)
     zero = torch.zeros_like(x)
-    cross = torch.stack([torch.stack([zero, -z, y], -1), torch.stack([z, zero, -x], -1), torch.stack([-y, x, zero], -1)], -2)
-    return torch.eye(3) + torch.sin(angle)[:, None, None] * cross + (1 - torch.cos(angle))[:, None, None] * cross @ cross
+    cross = torch.stack(
+        [
+            torch.stack([zero, -z, y], -1),
+            torch.stack([z, zero, -x], -1),
+            torch.stack([-y, x, zero], -1),
+        ],
+        -2,
+    )
+    return (
+        torch.eye(3)
+        + torch.sin(angle)[:, None, None] * cross
+        + (1 - torch.cos(angle))[:, None, None] * cross @ cross
+    )
 
 
-def plain_kinematics(rotations: Tensor, root: Tensor, lengths: Tensor, skeleton: Skeleton, rest: Tensor) -> Tensor:
+def plain_kinematics(
+    rotations: Tensor, root: Tensor, lengths: Tensor, skeleton: Skeleton, rest: Tensor
+) -> Tensor:
     """Joints (B, J, 3): a loop over chains, and over the joints of each."""
     joints: list[Tensor] = [root] * skeleton.n_joints
     for chain in skeleton.chains:
@@ -109,7 +126,9 @@ class PlainVAE(nn.Module):
         self.velocity = None if gru is None else plain_cell(gru, 0)
         self.rest = torch.from_numpy(model.skeleton.rest_directions.astype(np.float32))
 
-    def pose(self, hidden: Tensor, previous: Tensor, lengths: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+    def pose(
+        self, hidden: Tensor, previous: Tensor, lengths: Tensor, state: Tensor
+    ) -> tuple[Tensor, Tensor]:
         """Joints (B, J, 3) of one frame, and GLMI-R's state."""
         decoder, n = self.model.pose_decoder, self.skeleton.n_joints
         outputs = self.model.generator.decoder(hidden)
@@ -119,18 +138,31 @@ class PlainVAE(nn.Module):
         turns = torch.pi * torch.tanh(decoder.lie_output(outputs[:, :bones]))
         rotations = torch.cat([torch.zeros_like(turns[:, :3]), turns], -1).reshape(-1, n, 3)
         if not decoder.follows_trajectory:
-            return plain_kinematics(rotations, outputs[:, bones:], lengths, self.skeleton, self.rest), state
-        local = plain_kinematics(rotations, torch.zeros_like(turns[:, :3]), lengths, self.skeleton, self.rest)
-        inputs = torch.cat([local.flatten(1), (previous - previous[:, :1]).flatten(1), outputs[:, bones:]], -1)
+            return plain_kinematics(
+                rotations, outputs[:, bones:], lengths, self.skeleton, self.rest
+            ), state
+        local = plain_kinematics(
+            rotations, torch.zeros_like(turns[:, :3]), lengths, self.skeleton, self.rest
+        )
+        inputs = torch.cat(
+            [local.flatten(1), (previous - previous[:, :1]).flatten(1), outputs[:, bones:]], -1
+        )
         if self.velocity is not None:
             state = inputs = self.velocity(decoder.velocity_in(inputs), state)
         assert decoder.velocity_net is not None
         return local + (previous[:, 0] + decoder.velocity_net(inputs))[:, None], state
 
     def forward(
-        self, joints: Tensor | None, actions: Tensor, lengths: Tensor, noise: Tensor, *, forced: bool = False
+        self,
+        joints: Tensor | None,
+        actions: Tensor,
+        lengths: Tensor,
+        noise: Tensor,
+        *,
+        forced: bool = False,
     ) -> tuple[Tensor, Tensor]:
-        """Joints (B, T, J, 3) and the mean KL term; without real `joints` z comes from the prior (sampling)."""
+        """Joints (B, T, J, 3) and the mean KL term; without real `joints` z comes from the prior
+        (sampling)."""
         batch, frames = noise.shape[:2]
         size = self.settings.hidden_size
         posterior, prior, low, high, velocity = (noise.new_zeros(batch, size) for _ in range(5))
@@ -142,7 +174,9 @@ class PlainVAE(nn.Module):
             prior_mean, prior_logvar, prior = self.prior(context, prior)
             mean, logvar = prior_mean, prior_logvar
             if joints is not None:
-                mean, logvar, posterior = self.posterior(torch.cat([joints[:, t].flatten(1), condition], -1), posterior)
+                mean, logvar, posterior = self.posterior(
+                    torch.cat([joints[:, t].flatten(1), condition], -1), posterior
+                )
                 divergence = divergence + gaussian_kl(mean, logvar, prior_mean, prior_logvar).mean()
             latent = mean + torch.exp(0.5 * logvar) * noise[:, t]
             low = self.low(self.model.generator.encoder(torch.cat([context, latent], -1)), low)
@@ -153,13 +187,23 @@ class PlainVAE(nn.Module):
         return torch.stack(poses, 1), divergence / frames
 
 
-def plain_train_step(plain: PlainVAE, optimizers: list[torch.optim.Optimizer], batch: tuple[Tensor, ...], forced: bool) -> None:
-    """One iteration as published: a loss a frame, three optimizers, the whole batch with or without teacher forcing."""
+def plain_train_step(
+    plain: PlainVAE,
+    optimizers: list[torch.optim.Optimizer],
+    batch: tuple[Tensor, ...],
+    forced: bool,
+) -> None:
+    """One iteration as published: a loss a frame, three optimizers, the whole batch with or without
+    teacher forcing."""
     joints, actions, lengths, noise = batch
     for optimizer in optimizers:
         optimizer.zero_grad()
     made, divergence = plain(joints, actions, lengths, noise, forced=forced)
-    loss = sum(((made[:, t] - joints[:, t]) ** 2).mean() for t in range(joints.shape[1])) / joints.shape[1] + 0.01 * divergence
+    loss = (
+        sum(((made[:, t] - joints[:, t]) ** 2).mean() for t in range(joints.shape[1]))
+        / joints.shape[1]
+        + 0.01 * divergence
+    )
     loss.backward()
     for optimizer in optimizers:
         optimizer.step()
@@ -171,7 +215,9 @@ def plain_train_step(plain: PlainVAE, optimizers: list[torch.optim.Optimizer], b
 CLOCKS: dict[str, Callable[[], float]] = {"wall": time.perf_counter, "cpu": time.process_time}
 
 
-def in_turns(works: dict[str, Callable[[], object]], repeats: int, clock: str) -> dict[str, list[float]]:
+def in_turns(
+    works: dict[str, Callable[[], object]], repeats: int, clock: str
+) -> dict[str, list[float]]:
     """Seconds of each work, in turns, after one run of each that does not count."""
     for work in works.values():
         work()
@@ -201,7 +247,9 @@ def dataset_like_humanact12() -> ActionDataset:
     )  # fmt: skip
 
 
-def batch_of(dataset: ActionDataset, model: MotionVAE, size: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+def batch_of(
+    dataset: ActionDataset, model: MotionVAE, size: int
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Joints, actions, bone lengths and noise."""
     generator = np.random.default_rng(1)
     joints, labels, lengths = ClipSampler(dataset, FRAMES).batch(size, generator)
@@ -214,7 +262,9 @@ def demand_equal(ours: Tensor, plain: Tensor, what: str) -> float:
     """The largest difference; the loops must compute the same, or their times mean nothing."""
     difference = float((ours - plain).abs().max())
     if difference > 2e-3:
-        raise SystemExit(f"{what}: the plain loop differs by {difference:.2g}; it is not the same model")
+        raise SystemExit(
+            f"{what}: the plain loop differs by {difference:.2g}; it is not the same model"
+        )
     return difference
 
 
@@ -232,9 +282,18 @@ def training(options: argparse.Namespace) -> dict[str, Any]:
             made, _ = plain(*batch, forced=forced)
             ours = state.model.reconstruct(*batch, torch.full((BATCH,), forced)).pose.joints
             difference = max(difference, demand_equal(ours, made, "training"))
-    groups = [[plain.posterior], [plain.prior], [plain.low, plain.high, plain.model.generator, plain.model.pose_decoder]]
+    groups = [
+        [plain.posterior],
+        [plain.prior],
+        [plain.low, plain.high, plain.model.generator, plain.model.pose_decoder],
+    ]
     optimizers: list[torch.optim.Optimizer] = [
-        torch.optim.Adam({id(p): p for part in group for p in part.parameters()}.values(), lr=2e-4, weight_decay=1e-5) for group in groups
+        torch.optim.Adam(
+            {id(p): p for part in group for p in part.parameters()}.values(),
+            lr=2e-4,
+            weight_decay=1e-5,
+        )
+        for group in groups
     ]
 
     def ours(**changes: Any) -> None:
@@ -250,7 +309,10 @@ def training(options: argparse.Namespace) -> dict[str, Any]:
         "ours, p_tf 0.6, products by MKL": lambda: ours(quick_products=False),
         "ours, all teacher-forced": lambda: ours(teacher_forcing=1.0),
     }
-    return {"seconds": in_turns(works, options.repeats, options.clock), "largest_difference": difference}
+    return {
+        "seconds": in_turns(works, options.repeats, options.clock),
+        "largest_difference": difference,
+    }
 
 
 def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
@@ -263,11 +325,13 @@ def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
 
 
 PROBE = 101
-"""Clips of the run in which products are counted: a prime above every small size, so that it tells rows of clips from columns."""
+"""Clips of the run in which products are counted: a prime above every small size, so that it tells
+rows of clips from columns."""
 
 
 def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
-    """How often one run does the product of (rows a clip, inner size, columns) with a matrix that is the same for all clips.
+    """How often one run does the product of (rows a clip, inner size, columns) with a matrix that
+    is the same for all clips.
 
     Taken from onnxruntime's own record of a run, after all it folded and fused.
     """
@@ -279,25 +343,38 @@ def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
     with tempfile.TemporaryDirectory() as folder:
         options.profile_file_prefix = str(Path(folder) / "products")
         model = Model(path, threads=threads)
-        model.session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        model.session = onnxruntime.InferenceSession(
+            str(path), options, providers=["CPUExecutionProvider"]
+        )
         model.sample(model.metadata["actions"][0], FRAMES, PROBE)
         events = json.loads(Path(model.session.end_profiling()).read_text())
     for event in events:
         about = event.get("args", {})
-        if not event["name"].endswith("kernel_time") or about.get("op_name") not in ("MatMul", "Gemm", "FusedGemm", "FusedMatMul"):
+        if not event["name"].endswith("kernel_time") or about.get("op_name") not in (
+            "MatMul",
+            "Gemm",
+            "FusedGemm",
+            "FusedMatMul",
+        ):
             continue
         # weights that are laid out beforehand are not in the record
-        first, result = (next(iter(about[f"{side}_type_shape"][0].values())) for side in ("input", "output"))
+        first, result = (
+            next(iter(about[f"{side}_type_shape"][0].values())) for side in ("input", "output")
+        )
         rows = int(np.prod(result[:-1]))
         if rows % PROBE == 0 and result[-1] % PROBE:
             found[rows // PROBE, first[-1], result[-1]] += 1
     return found
 
 
-def products_session(products: Counter[tuple[int, int, int]], clips: int, threads: int) -> Callable[[], object]:
-    """One onnxruntime graph of these products alone, each as often as it was counted, for as many clips at once as the sampler takes.
+def products_session(
+    products: Counter[tuple[int, int, int]], clips: int, threads: int
+) -> Callable[[], object]:
+    """One onnxruntime graph of these products alone, each as often as it was counted, for as many
+    clips at once as the sampler takes.
 
-    Results are written to the same place each time, and nothing is optimised away: the products are all that is timed.
+    Results are written to the same place each time, and nothing is optimised away: the products are
+    all that is timed.
     """
     import onnxruntime
 
@@ -308,19 +385,44 @@ def products_session(products: Counter[tuple[int, int, int]], clips: int, thread
     parts = -(-clips // CLIPS_AT_ONCE)
     nodes, weights, places = [], [], {}
     for kind, ((rows, inner, columns), times) in enumerate(products.items()):
-        shapes = {f"x{kind}": [clips // parts * rows, inner], f"y{kind}": [clips // parts * rows, columns]}
-        places |= {name: generator.standard_normal(shape, dtype=np.float32) for name, shape in shapes.items()}
-        weights.append(numpy_helper.from_array(generator.standard_normal((inner, columns), dtype=np.float32), f"w{kind}"))
-        nodes += [helper.make_node("MatMul", [f"x{kind}", f"w{kind}"], [f"y{kind}_{time}"]) for time in range(times)]
+        shapes = {
+            f"x{kind}": [clips // parts * rows, inner],
+            f"y{kind}": [clips // parts * rows, columns],
+        }
+        places |= {
+            name: generator.standard_normal(shape, dtype=np.float32)
+            for name, shape in shapes.items()
+        }
+        weights.append(
+            numpy_helper.from_array(
+                generator.standard_normal((inner, columns), dtype=np.float32), f"w{kind}"
+            )
+        )
+        nodes += [
+            helper.make_node("MatMul", [f"x{kind}", f"w{kind}"], [f"y{kind}_{time}"])
+            for time in range(times)
+        ]
 
     def value(name: str) -> onnx.ValueInfoProto:
-        return helper.make_tensor_value_info(name, TensorProto.FLOAT, places[name.partition("_")[0]].shape)
+        return helper.make_tensor_value_info(
+            name, TensorProto.FLOAT, places[name.partition("_")[0]].shape
+        )
 
-    inputs, outputs = [name for name in places if name.startswith("x")], [node.output[0] for node in nodes]
-    graph = helper.make_graph(nodes, "products", list(map(value, inputs)), list(map(value, outputs)), initializer=weights)
+    inputs, outputs = (
+        [name for name in places if name.startswith("x")],
+        [node.output[0] for node in nodes],
+    )
+    graph = helper.make_graph(
+        nodes, "products", list(map(value, inputs)), list(map(value, outputs)), initializer=weights
+    )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=10)
-    session = onnxruntime.InferenceSession(model.SerializeToString(), settings, providers=["CPUExecutionProvider"])
-    binding, stored = session.io_binding(), {name: onnxruntime.OrtValue.ortvalue_from_numpy(array) for name, array in places.items()}
+    session = onnxruntime.InferenceSession(
+        model.SerializeToString(), settings, providers=["CPUExecutionProvider"]
+    )
+    binding, stored = (
+        session.io_binding(),
+        {name: onnxruntime.OrtValue.ortvalue_from_numpy(array) for name, array in places.items()},
+    )
     for name in inputs:
         binding.bind_ortvalue_input(name, stored[name])
     for name in outputs:
@@ -339,22 +441,50 @@ def sampling(options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         vae, vae_path = exported(options.decoder, Path(folder))
         plain = PlainVAE(vae)
-        files = {f"shipped {name}": WEIGHTS / file for name, file in BUNDLED.items()} | {f"VAE {options.decoder}": vae_path}
+        files = {f"shipped {name}": WEIGHTS / file for name, file in BUNDLED.items()} | {
+            f"VAE {options.decoder}": vae_path
+        }
         for name, path in files.items():
             model = Model(path, threads=options.threads)
             action = model.metadata["actions"][0]
             counted = matrix_products(path, options.threads)
-            stated = sum(2 * CLIPS * rows * inner * columns * times for (rows, inner, columns), times in counted.items())
+            stated = sum(
+                2 * CLIPS * rows * inner * columns * times
+                for (rows, inner, columns), times in counted.items()
+            )
             products = products_session(counted, CLIPS, options.threads)
-            one = in_turns({"one": lambda: model.sample(action, FRAMES, 1)}, max(20, options.repeats), options.clock)["one"]  # noqa: B023
-            many = in_turns({"clips": lambda: model.sample(action, FRAMES, CLIPS), "products": products}, options.repeats, options.clock)  # noqa: B023
-            results[name] = {"one_clip": one, "clips": many["clips"], "products": many["products"], "flop": stated}
+            one = in_turns(
+                {"one": lambda: model.sample(action, FRAMES, 1)},  # noqa: B023
+                max(20, options.repeats),
+                options.clock,
+            )["one"]
+            many = in_turns(
+                {
+                    "clips": lambda: model.sample(action, FRAMES, CLIPS),  # noqa: B023
+                    "products": products,
+                },
+                options.repeats,
+                options.clock,
+            )
+            results[name] = {
+                "one_clip": one,
+                "clips": many["clips"],
+                "products": many["products"],
+                "flop": stated,
+            }
         noise = torch.randn(1, FRAMES, vae.settings.latent_size)
-        actions, lengths = torch.eye(vae.n_actions)[:1], torch.full((1, vae.skeleton.n_joints), 0.25)
+        actions, lengths = (
+            torch.eye(vae.n_actions)[:1],
+            torch.full((1, vae.skeleton.n_joints), 0.25),
+        )
         with torch.no_grad():
             ours = vae.sample(actions[:, None].expand(-1, FRAMES, -1), lengths, noise).joints
             difference = demand_equal(ours, plain(None, actions, lengths, noise)[0], "sampling")
-            loop = in_turns({"loop": lambda: plain(None, actions, lengths, noise)}, options.repeats, options.clock)["loop"]
+            loop = in_turns(
+                {"loop": lambda: plain(None, actions, lengths, noise)},
+                options.repeats,
+                options.clock,
+            )["loop"]
     return {"models": results, "plain_loop_one_clip": loop, "largest_difference": difference}
 
 
@@ -370,19 +500,32 @@ print(time.perf_counter() - began, "torch" in sys.modules)
 
 
 def first_sample(options: argparse.Namespace) -> dict[str, Any]:
-    """Seconds of import and first sample of export/sample.py in processes of their own, interpreter start apart and included."""
+    """Seconds of import and first sample of export/sample.py in processes of their own, interpreter
+    start apart and included."""
     results: dict[str, Any] = {}
     for name, file in BUNDLED.items():
         inside, whole, torch_there = [], [], False
         for _ in range(max(3, options.repeats)):
-            code = FIRST.format(folder=str(ROOT / "export"), model=str(WEIGHTS / file), threads=options.threads)
+            code = FIRST.format(
+                folder=str(ROOT / "export"), model=str(WEIGHTS / file), threads=options.threads
+            )
             began = time.perf_counter()
-            shown = subprocess.run(python_command(code), capture_output=True, text=True, check=True, cwd=tempfile.gettempdir())
+            shown = subprocess.run(
+                python_command(code),
+                capture_output=True,
+                text=True,
+                check=True,
+                cwd=tempfile.gettempdir(),
+            )
             whole.append(time.perf_counter() - began)
             seconds, there = shown.stdout.split()
             inside.append(float(seconds))
             torch_there |= there == "True"
-        results[f"shipped {name}"] = {"seconds": inside, "whole_process": whole, "torch": torch_there}
+        results[f"shipped {name}"] = {
+            "seconds": inside,
+            "whole_process": whole,
+            "torch": torch_there,
+        }
     return results
 
 
@@ -418,7 +561,8 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
             "|---|---|---|---|",
         ]
         lines += [
-            f"| {name} | {spread(values)} | {1 / middle(values):.3g} | {base / middle(values):.1f} |" for name, values in seconds.items()
+            f"| {name} | {spread(values)} | {1 / middle(values):.3g} | {base / middle(values):.1f} |"
+            for name, values in seconds.items()
         ]
         lines.append("")
     if "sampling" in results:
@@ -455,7 +599,11 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
 def processor() -> str:
     """The CPU's name."""
     try:
-        names = [line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+        names = [
+            line.split(":", 1)[1].strip()
+            for line in Path("/proc/cpuinfo").read_text().splitlines()
+            if line.startswith("model name")
+        ]
     except OSError:
         names = []
     return names[0] if names else platform.machine()
@@ -463,13 +611,20 @@ def processor() -> str:
 
 def main() -> int:
     """Run and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument(
-        "--clock", choices=list(CLOCKS), default="wall", help="cpu counts this process alone: with --threads 1, for a machine that is busy"
+        "--clock",
+        choices=list(CLOCKS),
+        default="wall",
+        help="cpu counts this process alone: with --threads 1, for a machine that is busy",
     )
-    parser.add_argument("--decoder", choices=DECODERS, default="glmi-m", help="of the papers' model")
+    parser.add_argument(
+        "--decoder", choices=DECODERS, default="glmi-m", help="of the papers' model"
+    )
     parser.add_argument("--only", choices=["training", "sampling", "first_sample"], default=None)
     parser.add_argument("--out", type=Path, default=None, help="also write every time as .json")
     options = parser.parse_args()
@@ -481,14 +636,23 @@ def main() -> int:
             "onnxruntime": importlib.metadata.version("onnxruntime"),
         }
     }  # fmt: skip
-    for name, measure in (("first_sample", first_sample), ("sampling", sampling), ("training", training)):
+    for name, measure in (
+        ("first_sample", first_sample),
+        ("sampling", sampling),
+        ("training", training),
+    ):
         if options.only in (None, name):
             results[name] = measure(options)
     print(tables(results, options))
     if options.out is not None:
         with atomic_path(options.out) as temporary:
             temporary.write_text(
-                json.dumps({name: value for name, value in vars(options).items() if name != "out"} | results, indent=1) + "\n"
+                json.dumps(
+                    {name: value for name, value in vars(options).items() if name != "out"}
+                    | results,
+                    indent=1,
+                )
+                + "\n"
             )
     return 0
 

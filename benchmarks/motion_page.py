@@ -1,4 +1,5 @@
-"""The page of `a2v motion --page` in Chromium: from opening to the first clip, and from a click on Another to the next one.
+"""The page of `a2v motion --page` in Chromium: from opening to the first clip, and from a click on
+Another to the next one.
 
     python -m benchmarks.motion_page [--repeats 5] [--clips 9] [--character me.glb]
 
@@ -20,11 +21,17 @@ from a2v.motion import MotionModel
 from a2v.motion.page import write_motion_page
 from tests.support.page import find_browser
 
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--host-resolver-rules=MAP * ~NOTFOUND"]
+FLAGS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+]
 
 
 def opened(browser: Browser, path: Path, clips: int) -> tuple[float, list[float]]:
-    """Seconds from opening to the first clip, and milliseconds of each of `clips` more, in a browser without anything remembered."""
+    """Seconds from opening to the first clip, and milliseconds of each of `clips` more, in a
+    browser without anything remembered."""
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.goto(path.as_uri())
@@ -37,7 +44,10 @@ def opened(browser: Browser, path: Path, clips: int) -> tuple[float, list[float]
         page.locator("#another").click()
         page.wait_for_function("seed => document.getElementById('seed').value !== seed", arg=seed)
         wanted = page.locator("#seed").input_value()
-        page.wait_for_function("seed => document.getElementById('told').textContent.includes(`--seed ${seed} `)", arg=wanted)
+        page.wait_for_function(
+            "seed => document.getElementById('told').textContent.includes(`--seed ${seed} `)",
+            arg=wanted,
+        )
         taken.append(float(re.search(r"made in (\d+) ms", page.locator("#told").inner_text())[1]))  # type: ignore[index]
     context.close()
     return first, taken
@@ -45,22 +55,36 @@ def opened(browser: Browser, path: Path, clips: int) -> tuple[float, list[float]
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--clips", type=int, default=9)
     parser.add_argument("--character", help="a .glb who plays them")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as engine:
         path = Path(folder) / "motions.html"
-        write_motion_page(path, MotionModel.load("cmu-fine"), given.character, action="Walk", seed=0, seconds=5.0, title="a2v")
+        write_motion_page(
+            path,
+            MotionModel.load("cmu-fine"),
+            given.character,
+            action="Walk",
+            seed=0,
+            seconds=5.0,
+            title="a2v",
+        )
         print(f"{path.stat().st_size / 1e6:.1f} MB")
         browser = engine.chromium.launch(executable_path=find_browser(), args=FLAGS)
         results = [opened(browser, path, given.clips) for _ in range(given.repeats)]
         browser.close()
     first = [seconds for seconds, _ in results]
     later = [milliseconds for _, taken in results for milliseconds in taken]
-    print(f"first clip {statistics.median(first):6.2f} s median, {max(first):.2f} s most of {len(first)} (bar: 3 s)")
-    print(f"later ones {statistics.median(later):6.0f} ms median, {max(later):.0f} ms most of {len(later)} (bar: 200 ms)")
+    print(
+        f"first clip {statistics.median(first):6.2f} s median, {max(first):.2f} s most of {len(first)} (bar: 3 s)"
+    )
+    print(
+        f"later ones {statistics.median(later):6.0f} ms median, {max(later):.0f} ms most of {len(later)} (bar: 200 ms)"
+    )
     return 0
 
 

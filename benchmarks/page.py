@@ -1,10 +1,14 @@
-"""The page of `a2v serve` in Chromium: first paints, and a small video of a remembered character, from the click to the finished card.
+"""The page of `a2v serve` in Chromium: first paints, and a small video of a remembered character,
+from the click to the finished card.
 
     python -m benchmarks.page [--repeats 5] [--photo P] [--cache FOLDER]
-    python -m benchmarks.page --new          from a photo that nothing is remembered of to the character that moves on the page
+    python -m benchmarks.page --new          from a photo that nothing is remembered of to the
+    character that moves on the page
 
-The bars, on an idle machine: first contentful paint within 1 s, 12 frames of one view, 256 px, within 10 s, and with --new the moving
-character within 40 s of the photo. Without --new the photo's character is made first where the store does not have it (minutes). Nothing is asked of any machine but this one.
+The bars, on an idle machine: first contentful paint within 1 s, 12 frames of one view, 256 px,
+within 10 s, and with --new the moving character within 40 s of the photo. Without --new the photo's
+character is made first where the store does not have it (minutes). Nothing is asked of any machine
+but this one.
 """
 
 from __future__ import annotations
@@ -42,7 +46,8 @@ def processor_seconds(process: psutil.Process) -> float:
 
 
 def paints(browser: Browser, address: str, repeats: int) -> None:
-    """Print when something, and the largest thing, is first seen, each time in a browser without anything remembered."""
+    """Print when something, and the largest thing, is first seen, each time in a browser without
+    anything remembered."""
     seen = []
     for _ in range(repeats):
         context = browser.new_context(viewport={"width": 1280, "height": 900})
@@ -53,7 +58,9 @@ def paints(browser: Browser, address: str, repeats: int) -> None:
         context.close()
     for name in ("first-contentful-paint", "largest"):
         times = [one[name] for one in seen]
-        print(f"{name:<24} {statistics.median(times):6.2f} s median, {max(times):.2f} s most of {repeats} (bar: 1 s)")
+        print(
+            f"{name:<24} {statistics.median(times):6.2f} s median, {max(times):.2f} s most of {repeats} (bar: 1 s)"
+        )
 
 
 def ask_for(page: Page, action: str) -> str:
@@ -76,16 +83,22 @@ def ask_for(page: Page, action: str) -> str:
 def video(page: Page, action: str, limit: float) -> float:
     """Seconds from asking until the card says that the video is done."""
     started = time.perf_counter()
-    page.locator(f"{ask_for(page, action)} .badge").filter(has_text="done").wait_for(timeout=1000 * limit)
+    page.locator(f"{ask_for(page, action)} .badge").filter(has_text="done").wait_for(
+        timeout=1000 * limit
+    )
     return time.perf_counter() - started
 
 
 def moving(page: Page, photo: Path, server: psutil.Process) -> None:
-    """Print when each stage of a new person is seen, seconds after the photo was sent and of processors, up to the character that moves."""
+    """Print when each stage of a new person is seen, seconds after the photo was sent and of
+    processors, up to the character that moves."""
     started, before = time.perf_counter(), processor_seconds(server)
 
     def seen(what: str) -> None:
-        print(f"{what:<30} {time.perf_counter() - started:6.1f} s by the clock, {processor_seconds(server) - before:.1f} s of processors", flush=True)
+        print(
+            f"{what:<30} {time.perf_counter() - started:6.1f} s by the clock, {processor_seconds(server) - before:.1f} s of processors",
+            flush=True,
+        )
 
     page.locator("#file").set_input_files(photo)
     page.locator("#shown[src]").wait_for(timeout=600_000)
@@ -95,20 +108,37 @@ def moving(page: Page, photo: Path, server: psutil.Process) -> None:
     for stage in ("body", "surface", "textured"):
         page.locator(f"{card} .now img[src*=stage_{stage}]").wait_for(timeout=3_600_000)
         seen(stage)
-    page.frame_locator(f"{card} .now iframe").locator("body[data-state=ready]").wait_for(timeout=3_600_000)
+    page.frame_locator(f"{card} .now iframe").locator("body[data-state=ready]").wait_for(
+        timeout=3_600_000
+    )
     seen("moving (bar: 40 s)")
 
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--photo", type=Path, default=ROOT / "a2v" / "samples" / "person.jpg")
     parser.add_argument("--cache")
-    parser.add_argument("--new", action="store_true", help="nothing of the photo is remembered; the cache is an empty folder")
+    parser.add_argument(
+        "--new",
+        action="store_true",
+        help="nothing of the photo is remembered; the cache is an empty folder",
+    )
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "pipelines", "serve", "--folder", f"{folder}/page", "--port", "0"]
+        command = [
+            sys.executable,
+            "-m",
+            "pipelines",
+            "serve",
+            "--folder",
+            f"{folder}/page",
+            "--port",
+            "0",
+        ]
         cache = f"{folder}/store" if given.new else given.cache
         command += ["--cache", cache] if cache else []
         process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
@@ -118,7 +148,11 @@ def main() -> int:
             with sync_playwright() as engine:
                 browser = engine.chromium.launch(
                     executable_path=find_browser(),
-                    args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
+                    args=[
+                        "--use-angle=swiftshader",
+                        "--enable-unsafe-swiftshader",
+                        "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+                    ],
                 )
                 if not given.new:
                     paints(browser, address, given.repeats)
@@ -129,9 +163,15 @@ def main() -> int:
                     moving(page, given.photo, psutil.Process(process.pid))
                     return 0
                 page.locator("#file").set_input_files(given.photo)
-                page.locator("#seen-text").filter(has_text="Found the person").wait_for(timeout=600_000)
+                page.locator("#seen-text").filter(has_text="Found the person").wait_for(
+                    timeout=600_000
+                )
                 server = psutil.Process(process.pid)
-                for name, action in (("first after the start", "Walk"), ("another action", "Jump"), ("another action", "Dance")):
+                for name, action in (
+                    ("first after the start", "Walk"),
+                    ("another action", "Jump"),
+                    ("another action", "Dance"),
+                ):
                     before = processor_seconds(server)
                     seconds = video(page, action, 3600)
                     print(

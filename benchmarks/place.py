@@ -1,7 +1,9 @@
-"""How well the photo's place agrees with the photo: `python -m benchmarks.place PHOTO...` (a minute a photo that is not remembered).
+"""How well the photo's place agrees with the photo: `python -m benchmarks.place PHOTO...` (a minute
+a photo that is not remembered).
 
-The character in the photo's pose is rendered where the photo was taken and compared with the photo: outline (intersection over union),
-colours over what both show of the person (PSNR), and how far the soles are from the lowest row of the person. Pictures go to --sheets.
+The character in the photo's pose is rendered where the photo was taken and compared with the photo:
+outline (intersection over union), colours over what both show of the person (PSNR), and how far the
+soles are from the lowest row of the person. Pictures go to --sheets.
 """
 
 from __future__ import annotations
@@ -34,17 +36,34 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     store = Store()
     started = time.process_time()
     parameters = video_parameters(store, photo, "Walk", size=size)
-    outcome = run(["place", "shaded_surface", "character", "subject"], graph=video_graph(), store=store, **parameters)
-    place, person, subject = (outcome.get(name, kind) for name, kind in (("place", Place), ("character", Character), ("subject", Subject)))
+    outcome = run(
+        ["place", "shaded_surface", "character", "subject"],
+        graph=video_graph(),
+        store=store,
+        **parameters,
+    )
+    place, person, subject = (
+        outcome.get(name, kind)
+        for name, kind in (("place", Place), ("character", Character), ("subject", Subject))
+    )
     surface = without_light(outcome.get("shaded_surface", Surface), place.light)
     seconds = time.process_time() - started
-    vertices = person.surface.vertices + photo_to_world(person.body).astype(np.float32) + place.moved
-    renderer = Renderer(surface, RenderSettings(size=size, background="image"), look=place.look, backdrop=place.picture)
+    vertices = (
+        person.surface.vertices + photo_to_world(person.body).astype(np.float32) + place.moved
+    )
+    renderer = Renderer(
+        surface,
+        RenderSettings(size=size, background="image"),
+        look=place.look,
+        backdrop=place.picture,
+    )
     covered = renderer.mask(vertices, place.camera)
     picture = renderer.render(vertices, place.camera).astype(np.float32)
     seen, frame = square(decode_photo(photo.read_bytes())[..., :3])
     whole = square_mask(in_photo(subject.mask, subject.crop, subject.photo_size), frame)
-    seen, mask = (cv2.resize(image, (size, size), interpolation=cv2.INTER_AREA) for image in (seen, whole))
+    seen, mask = (
+        cv2.resize(image, (size, size), interpolation=cv2.INTER_AREA) for image in (seen, whole)
+    )
     both = (covered > 0.95) & (mask > 0.95)
     shown, wanted = covered > 0.5, mask > 0.5
     overlap = (shown & wanted).sum() / (shown | wanted).sum()
@@ -54,7 +73,9 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     if sheets is not None:
         with atomic_path(sheets / f"{photo.stem}.png") as temporary:
             empty = cv2.resize(place.picture, (size, size), interpolation=cv2.INTER_AREA)
-            PIL.Image.fromarray(to_bytes(np.concatenate([seen, empty, picture], axis=1) / 255)).save(temporary, "png")
+            PIL.Image.fromarray(
+                to_bytes(np.concatenate([seen, empty, picture], axis=1) / 255)
+            ).save(temporary, "png")
     return f"| {photo.stem} | {overlap:.3f} | {psnr:.1f} | {100 * (soles - rows[-1]) / np.ptp(rows):+.1f} | {seconds:.0f} |"
 
 
@@ -63,7 +84,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("photos", nargs="*", type=Path, default=[Path("a2v/samples/person.jpg")])
     parser.add_argument("--size", type=int, default=512)
-    parser.add_argument("--sheets", type=Path, default=None, help="folder for photo, place without the person, and render side by side")
+    parser.add_argument(
+        "--sheets",
+        type=Path,
+        default=None,
+        help="folder for photo, place without the person, and render side by side",
+    )
     options = parser.parse_args()
     if options.sheets is not None:
         options.sheets.mkdir(parents=True, exist_ok=True)

@@ -1,12 +1,14 @@
 """Seconds a 512 px frame at equal noise: Mitsuba 3 as a2v uses it, beside Blender's Cycles.
 
-    python benchmarks/rendering.py [--cycles-python /path/to/python/with/bpy] [--out docs/results/rendering.json]
+    python benchmarks/rendering.py [--cycles-python /path/to/python/with/bpy] [--out
+    docs/results/rendering.json]
 
-Both render the same person (an avatar of $A2V_DATA), ground, sun, spot and fill light, one bounce, box filter, one thread; noise is
-PSNR in sRGB against the same renderer's own picture at many samples. `bpy` wants an environment of its own
-(``python3.11 -m venv E && E/bin/pip install bpy``); without `--cycles-python` that half is left out, and the table says so.
-Times are the least of the repeats in CPU seconds (the process's own, all threads), so that other work on the machine counts little,
-and by the clock, which the comparison at equal noise takes: run it on an idle machine.
+Both render the same person (an avatar of $A2V_DATA), ground, sun, spot and fill light, one bounce,
+box filter, one thread; noise is PSNR in sRGB against the same renderer's own picture at many
+samples. `bpy` wants an environment of its own (``python3.11 -m venv E && E/bin/pip install bpy``);
+without `--cycles-python` that half is left out, and the table says so. Times are the least of the
+repeats in CPU seconds (the process's own, all threads), so that other work on the machine counts
+little, and by the clock, which the comparison at equal noise takes: run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -46,13 +48,26 @@ def weld(surface: Surface) -> Surface:
     """One vertex a place, so that both renderers smooth normals over the texture's seams."""
     vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
     faces = index.ravel()[surface.faces].astype(np.int32)
-    keep = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    keep = (
+        (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    )
     assert surface.uv is not None
-    return Surface(vertices=vertices, faces=faces[keep], colors=np.full_like(vertices, 0.5), uv=surface.uv[keep], texture=surface.texture)
+    return Surface(
+        vertices=vertices,
+        faces=faces[keep],
+        colors=np.full_like(vertices, 0.5),
+        uv=surface.uv[keep],
+        texture=surface.texture,
+    )
 
 
 def ours(
-    surface: Surface, settings: RenderSettings, scene: LookSettings, camera: ViewCamera, reference: int, repeats: int
+    surface: Surface,
+    settings: RenderSettings,
+    scene: LookSettings,
+    camera: ViewCamera,
+    reference: int,
+    repeats: int,
 ) -> dict[str, Any]:
     """Pictures and times of a2v at every row of `OURS`."""
     renderer = Renderer(surface, settings, scene)
@@ -62,17 +77,42 @@ def ours(
         one = Renderer(surface, replace(settings, spp=samples), scene) if denoised else renderer
         best = [np.inf, np.inf]
         for repeat in range(repeats + 1):
-            moved = surface.vertices + np.float32([1e-6 * (repeat + 1), 0, 0]) if repeat < repeats else surface.vertices
+            moved = (
+                surface.vertices + np.float32([1e-6 * (repeat + 1), 0, 0])
+                if repeat < repeats
+                else surface.vertices
+            )
             wall, cpu = time.perf_counter(), time.process_time()
-            picture = one.linear(moved, camera) if denoised else one.layers(moved, camera, spp=samples).color
+            picture = (
+                one.linear(moved, camera)
+                if denoised
+                else one.layers(moved, camera, spp=samples).color
+            )
             if repeat:
-                best = [min(best[0], time.perf_counter() - wall), min(best[1], time.process_time() - cpu)]
-        rows.append({"spp": samples, "denoised": bool(denoised), "psnr": psnr(picture, truth), "wall": best[0], "cpu": best[1]})
+                best = [
+                    min(best[0], time.perf_counter() - wall),
+                    min(best[1], time.process_time() - cpu),
+                ]
+        rows.append(
+            {
+                "spp": samples,
+                "denoised": bool(denoised),
+                "psnr": psnr(picture, truth),
+                "wall": best[0],
+                "cpu": best[1],
+            }
+        )
     return {"rows": rows, "truth": truth, "variant": renderer.variant}
 
 
 def theirs(
-    python: str, surface: Surface, settings: RenderSettings, scene: LookSettings, camera: ViewCamera, reference: int, repeats: int
+    python: str,
+    surface: Surface,
+    settings: RenderSettings,
+    scene: LookSettings,
+    camera: ViewCamera,
+    reference: int,
+    repeats: int,
 ) -> dict[str, Any]:
     """Pictures and times of Cycles at every row of `THEIRS`, from a child process."""
     reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
@@ -90,7 +130,13 @@ def theirs(
             size=settings.size, threads=settings.threads, bounces=scene.bounces, plan=plan,
         )  # fmt: skip
         script = str(Path(__file__).with_name("rendering_cycles.py"))
-        child = subprocess.run([python, script, str(given), str(made)], capture_output=True, text=True, cwd=name, check=False)
+        child = subprocess.run(
+            [python, script, str(given), str(made)],
+            capture_output=True,
+            text=True,
+            cwd=name,
+            check=False,
+        )
         if child.returncode:
             raise SystemExit(f"Cycles failed: {child.stderr.strip().splitlines()[-1:]}")
         data = dict(np.load(made))
@@ -109,11 +155,15 @@ def theirs(
 
 
 def seconds_at(rows: list[dict[str, Any]], target: float) -> float | None:
-    """Seconds by the clock at which denoised pictures reach `target` dB, interpolated along the measured curve; None if they never do.
+    """Seconds by the clock at which denoised pictures reach `target` dB, interpolated along the
+    measured curve; None if they never do.
 
-    On one thread and an idle machine these are a core's seconds; Cycles' own count of CPU seconds is twice that, for a thread of it waits busily.
+    On one thread and an idle machine these are a core's seconds; Cycles' own count of CPU seconds
+    is twice that, for a thread of it waits busily.
     """
-    curve = sorted(((row["wall"], row["psnr"]) for row in rows if row["denoised"]), key=lambda pair: pair[0])
+    curve = sorted(
+        ((row["wall"], row["psnr"]) for row in rows if row["denoised"]), key=lambda pair: pair[0]
+    )
     best = np.maximum.accumulate([value for _, value in curve])
     if best[-1] < target:
         return None
@@ -136,15 +186,32 @@ def main() -> int:
     settings, scene = RenderSettings(size=given.size, threads=1), LookSettings(grid=0)
     camera = follow_cameras(surface.vertices[None], settings)["front"][0]
     result: dict[str, Any] = {
-        "settings": {"size": given.size, "reference_spp": given.reference, "threads": 1, "avatar": given.avatar, "scene": asdict(scene)},
-        "machine": {"python": platform.python_version(), "processor": platform.machine(), "cores": os.cpu_count(), "load": os.getloadavg()},
+        "settings": {
+            "size": given.size,
+            "reference_spp": given.reference,
+            "threads": 1,
+            "avatar": given.avatar,
+            "scene": asdict(scene),
+        },
+        "machine": {
+            "python": platform.python_version(),
+            "processor": platform.machine(),
+            "cores": os.cpu_count(),
+            "load": os.getloadavg(),
+        },
     }
     a = ours(surface, settings, scene, camera, given.reference, given.repeats)
     result["mitsuba"] = {"variant": a["variant"], "rows": a["rows"]}
     b = None
     if given.cycles_python:
-        b = theirs(given.cycles_python, surface, settings, scene, camera, given.reference, given.repeats)
-        result["cycles"] = {"version": b["version"], "rows": b["rows"], "references_psnr": psnr(a["truth"], b["truth"])}
+        b = theirs(
+            given.cycles_python, surface, settings, scene, camera, given.reference, given.repeats
+        )
+        result["cycles"] = {
+            "version": b["version"],
+            "rows": b["rows"],
+            "references_psnr": psnr(a["truth"], b["truth"]),
+        }
         result["equal_noise"] = []
         for row in a["rows"]:
             if row["denoised"]:
@@ -164,7 +231,9 @@ def main() -> int:
         given.pictures.mkdir(parents=True, exist_ok=True)
         for name, part in (("mitsuba", a), ("cycles", b)):
             if part:
-                Image.fromarray(np.rint(255 * linear_to_srgb(part["truth"])).astype(np.uint8)).save(given.pictures / f"{name}.png")
+                Image.fromarray(np.rint(255 * linear_to_srgb(part["truth"])).astype(np.uint8)).save(
+                    given.pictures / f"{name}.png"
+                )
     print("| renderer | spp | denoised | PSNR dB | CPU s | wall s |\n|---|---|---|---|---|---|")
     for name, part in (("Mitsuba 3 (a2v)", a), ("Cycles", b)):
         for row in part["rows"] if part else []:
@@ -174,10 +243,18 @@ def main() -> int:
     if b:
         print(f"\nThe two references agree to {result['cycles']['references_psnr']:.1f} dB.")
         for row in result["equal_noise"]:
-            cost = f"{row['cycles']:.2f} s, {row['ratio']:.1f} times ours" if row["cycles"] else "not reached"
-            print(f"at {row['psnr']:.2f} dB: ours {row['mitsuba']:.2f} s ({row['mitsuba_spp']} spp), Cycles {cost}")
+            cost = (
+                f"{row['cycles']:.2f} s, {row['ratio']:.1f} times ours"
+                if row["cycles"]
+                else "not reached"
+            )
+            print(
+                f"at {row['psnr']:.2f} dB: ours {row['mitsuba']:.2f} s ({row['mitsuba_spp']} spp), Cycles {cost}"
+            )
     else:
-        print("\nCycles was not run: give --cycles-python, a Python where `pip install bpy` worked.")
+        print(
+            "\nCycles was not run: give --cycles-python, a Python where `pip install bpy` worked."
+        )
     with atomic_path(given.out) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n")
     print(given.out)

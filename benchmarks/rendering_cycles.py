@@ -1,9 +1,10 @@
-"""The Blender half of ``benchmarks/rendering.py``: runs where `bpy` is installed and imports nothing of a2v.
+"""The Blender half of ``benchmarks/rendering.py``: runs where `bpy` is installed and imports
+nothing of a2v.
 
     python rendering_cycles.py SCENE.npz OUT.npz
 
-SCENE.npz holds the mesh, texture, lights and camera that ``rendering.py`` wrote (y up); OUT.npz gets one linear
-picture and one time for every row of `plan` (samples, denoised or not).
+SCENE.npz holds the mesh, texture, lights and camera that ``rendering.py`` wrote (y up); OUT.npz
+gets one linear picture and one time for every row of `plan` (samples, denoised or not).
 """
 
 from __future__ import annotations
@@ -70,7 +71,9 @@ def build(given: dict[str, np.ndarray], folder: Path) -> object:
     texture_path = folder / "texture.png"
     image = bpy.data.images.new("texture", given["texture"].shape[1], given["texture"].shape[0])
     flipped = given["texture"][::-1].astype(np.float32) / 255
-    image.pixels.foreach_set(np.concatenate([flipped, np.ones((*flipped.shape[:2], 1), np.float32)], axis=2).ravel())
+    image.pixels.foreach_set(
+        np.concatenate([flipped, np.ones((*flipped.shape[:2], 1), np.float32)], axis=2).ravel()
+    )
     image.filepath_raw, image.file_format = str(texture_path), "PNG"
     image.save()
     image = bpy.data.images.load(str(texture_path))
@@ -82,7 +85,12 @@ def build(given: dict[str, np.ndarray], folder: Path) -> object:
         polygon.use_smooth = True
     big = 100.0
     corners = np.array([[-big, 0, -big], [-big, 0, big], [big, 0, big], [big, 0, -big]])
-    mesh("ground", corners, np.array([[0, 1, 2, 3]]), material("ground", tuple(given["ground"].tolist())))
+    mesh(
+        "ground",
+        corners,
+        np.array([[0, 1, 2, 3]]),
+        material("ground", tuple(given["ground"].tolist())),
+    )
     world = bpy.data.worlds.new("world")
     scene.world = world
     world.use_nodes = True
@@ -100,10 +108,19 @@ def build(given: dict[str, np.ndarray], folder: Path) -> object:
     radius = float(given["spot_radius"])
     spot.shape, spot.size = "DISK", 2 * radius
     radiance = given["spot_radiance"]
-    spot.energy, spot.color = float(radiance.max() * np.pi * np.pi * radius**2), (radiance / radiance.max()).tolist()
+    spot.energy, spot.color = (
+        float(radiance.max() * np.pi * np.pi * radius**2),
+        (radiance / radiance.max()).tolist(),
+    )
     lamp = bpy.data.objects.new("spot", spot)
     scene.collection.objects.link(lamp)
-    orient(lamp, frame_along(given["spot_position"] - np.array([given["target"][0], 0.9, given["target"][2]])), given["spot_position"])
+    orient(
+        lamp,
+        frame_along(
+            given["spot_position"] - np.array([given["target"][0], 0.9, given["target"][2]])
+        ),
+        given["spot_position"],
+    )
     camera = bpy.data.cameras.new("camera")
     camera.sensor_fit, camera.angle = "HORIZONTAL", float(given["fov"])
     eye = bpy.data.objects.new("camera", camera)
@@ -129,7 +146,11 @@ def set_up(given: dict[str, np.ndarray]) -> None:
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1.0
     cycles.denoiser = "OPENIMAGEDENOISE"
-    cycles.denoising_input_passes, cycles.denoising_prefilter, cycles.denoising_quality = "RGB_ALBEDO_NORMAL", "NONE", "HIGH"
+    cycles.denoising_input_passes, cycles.denoising_prefilter, cycles.denoising_quality = (
+        "RGB_ALBEDO_NORMAL",
+        "NONE",
+        "HIGH",
+    )
     cycles.sample_clamp_indirect = 0.0
     cycles.use_light_tree = True
 
@@ -152,23 +173,32 @@ def main() -> None:
             scene.cycles.samples, scene.cycles.use_denoising = int(samples), bool(denoised)
             best_wall = best_cpu = np.inf
             for repeat in range(int(repeats) + 1):  # the first one warms up
-                moved = base + np.array([1e-6 * (repeat + 1), 0, 0])  # a new frame: the mesh is sent anew
+                moved = base + np.array(
+                    [1e-6 * (repeat + 1), 0, 0]
+                )  # a new frame: the mesh is sent anew
                 last = repeat == int(repeats)
                 start, start_cpu = time.perf_counter(), time.process_time()
-                person.data.vertices.foreach_set("co", (base if last else moved).astype(np.float32).ravel())
+                person.data.vertices.foreach_set(
+                    "co", (base if last else moved).astype(np.float32).ravel()
+                )
                 person.data.update()
                 path = folder / f"picture{row}.exr"
                 scene.render.filepath = str(path)
                 bpy.ops.render.render(write_still=True)
                 if repeat or not int(repeats):
-                    best_wall, best_cpu = min(best_wall, time.perf_counter() - start), min(best_cpu, time.process_time() - start_cpu)
+                    best_wall, best_cpu = (
+                        min(best_wall, time.perf_counter() - start),
+                        min(best_cpu, time.process_time() - start_cpu),
+                    )
             wall.append(best_wall)
             cpu.append(best_cpu)
             picture = bpy.data.images.load(str(path))
             picture.colorspace_settings.name = "Non-Color"
             pixels = np.empty(int(given["size"]) ** 2 * 4, np.float32)
             picture.pixels.foreach_get(pixels)
-            results[f"picture{row}"] = pixels.reshape(int(given["size"]), int(given["size"]), 4)[::-1, :, :3]
+            results[f"picture{row}"] = pixels.reshape(int(given["size"]), int(given["size"]), 4)[
+                ::-1, :, :3
+            ]
     np.savez(out_path, wall=np.array(wall), cpu=np.array(cpu), **results)
 
 

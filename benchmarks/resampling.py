@@ -1,6 +1,8 @@
-"""How far a motion of 12 frames a second that is brought to 30 is from one that was recorded at 120: python -m benchmarks.resampling
+"""How far a motion of 12 frames a second that is brought to 30 is from one that was recorded at
+120: python -m benchmarks.resampling
 
-CMU's BVH recordings (120 Hz) brought to 12 and from there to 30, against the same recordings at 30, by several interpolations.
+CMU's BVH recordings (120 Hz) brought to 12 and from there to 30, against the same recordings at 30,
+by several interpolations.
 """
 
 from __future__ import annotations
@@ -13,7 +15,12 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator, make_interp_spline
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    CubicSpline,
+    PchipInterpolator,
+    make_interp_spline,
+)
 
 from a2v.formats import read_bvh
 from a2v.kinematics import resample
@@ -31,16 +38,24 @@ LOW, HIGH = 12, 30
 
 
 def measure(clip: Motion) -> dict[str, tuple[float, ...]]:
-    """By way: mean and 99 % error (cm), relative error of speeds, jitter and sliding of feet over the recording's, depth under it (mm)."""
-    arrays = {name: getattr(clip, name)[:: round(clip.fps / LOW)] for name in ("joints", "rotations", "root")}
+    """By way: mean and 99 % error (cm), relative error of speeds, jitter and sliding of feet over
+    the recording's, depth under it (mm)."""
+    arrays = {
+        name: getattr(clip, name)[:: round(clip.fps / LOW)]
+        for name in ("joints", "rotations", "root")
+    }
     low = dataclasses.replace(clip, fps=clip.fps / round(clip.fps / LOW), **arrays)
     real = clip.joints[:: round(clip.fps / HIGH)].astype(np.float64)
     found = {}
     for name, way in WAYS.items():
         with mock.patch.object(
-            resample, "interpolate", lambda values, at, axis, way=way: way(np.arange(values.shape[axis]), values, axis)(at)
+            resample,
+            "interpolate",
+            lambda values, at, axis, way=way: way(np.arange(values.shape[axis]), values, axis)(at),
         ):
-            made = resample.resample_motion(low, clip.fps / round(clip.fps / HIGH)).joints.astype(np.float64)
+            made = resample.resample_motion(low, clip.fps / round(clip.fps / HIGH)).joints.astype(
+                np.float64
+            )
         count = min(len(made), len(real))
         error = 100 * np.linalg.norm(made[:count] - real[:count], axis=-1)
         speeds, own = speed(made[:count]), speed(real[:count])
@@ -66,15 +81,20 @@ def jitter(joints: FloatArray) -> float:
 
 
 def slide(joints: FloatArray, clip: Motion) -> float:
-    """Path of low feet over the ground, mm a frame at 20 fps; the floor is where the recording's lowest joint mostly is."""
+    """Path of low feet over the ground, mm a frame at 20 fps; the floor is where the recording's
+    lowest joint mostly is."""
     names = canonical_joints(clip.joint_names, clip.parents.tolist())
     feet = [names[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot")]
-    return foot_slide(joints[:, feet], HIGH, floor=floor_height(clip.joints[:: round(clip.fps / HIGH)]))
+    return foot_slide(
+        joints[:, feet], HIGH, floor=floor_height(clip.joints[:: round(clip.fps / HIGH)])
+    )
 
 
 def main() -> None:
     """Print a table of medians over recordings."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--every", type=int, default=3, help="take every so many recordings")
     options = parser.parse_args()
@@ -82,8 +102,13 @@ def main() -> None:
         print(f"{options.data}/cmu_bvh.zip is not here; nothing is measured")
         return
     rows = []
-    with zipfile.ZipFile(options.data / "cmu_bvh.zip") as archive, tempfile.TemporaryDirectory() as folder:
-        for name in sorted(name for name in archive.namelist() if name.endswith(".bvh"))[:: options.every]:
+    with (
+        zipfile.ZipFile(options.data / "cmu_bvh.zip") as archive,
+        tempfile.TemporaryDirectory() as folder,
+    ):
+        for name in sorted(name for name in archive.namelist() if name.endswith(".bvh"))[
+            :: options.every
+        ]:
             path = Path(folder) / Path(name).name
             path.write_bytes(archive.read(name))
             rows.append(measure(read_bvh(path)))
@@ -92,7 +117,9 @@ def main() -> None:
     )
     for way in WAYS:
         mean, most, off, shake, slid, under = np.median([row[way] for row in rows], axis=0)
-        print(f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} | {slid:.2f} | {under:.2f} |")
+        print(
+            f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} | {slid:.2f} | {under:.2f} |"
+        )
 
 
 if __name__ == "__main__":

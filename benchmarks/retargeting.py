@@ -1,8 +1,10 @@
-"""Retargeting measured on real clips: joint error, foot skating, penetration, before and after the contact clean-up.
+"""Retargeting measured on real clips: joint error, foot skating, penetration, before and after the
+contact clean-up.
 
     python -m benchmarks.retargeting [--clips 20] [--seed 0] [--out table.md]
 
-Needs ``humanact12.zip``, ``cmu_mocap.zip``, ``cmu_bvh.zip`` and ``motions`` in ``$A2V_DATA`` (default ``../shared/data``); what is missing is left out.
+Needs ``humanact12.zip``, ``cmu_mocap.zip``, ``cmu_bvh.zip`` and ``motions`` in ``$A2V_DATA``
+(default ``../shared/data``); what is missing is left out.
 """
 
 from __future__ import annotations
@@ -33,23 +35,36 @@ COLUMNS = ("error", "plain_error", "skating", "penetration", "hover")
 def sources(data: Path, count: int, seed: int) -> Iterator[tuple[str, list[Motion]]]:
     """Name and clips of each set that is there."""
     random = np.random.default_rng(seed)
-    for name, file, load in (("HumanAct12", "humanact12.zip", load_humanact12), ("CMU (12 Hz joints)", "cmu_mocap.zip", load_cmu)):
+    for name, file, load in (
+        ("HumanAct12", "humanact12.zip", load_humanact12),
+        ("CMU (12 Hz joints)", "cmu_mocap.zip", load_cmu),
+    ):
         if (data / file).exists():
             clips = load(data)
-            usable = [int(i) for i in random.permutation(len(clips.joints)) if len(clips.joints[i]) >= 10]
+            usable = [
+                int(i) for i in random.permutation(len(clips.joints)) if len(clips.joints[i]) >= 10
+            ]
             yield f"{name}, {count} clips", [clips.motion(i) for i in usable[:count]]
     if (data / "cmu_bvh.zip").exists():
-        with zipfile.ZipFile(data / "cmu_bvh.zip") as archive, tempfile.TemporaryDirectory() as folder:
+        with (
+            zipfile.ZipFile(data / "cmu_bvh.zip") as archive,
+            tempfile.TemporaryDirectory() as folder,
+        ):
             names = sorted(name for name in archive.namelist() if name.endswith(".bvh"))[::4]
             files = [Path(archive.extract(name, folder)) for name in names]
-            yield f"CMU BVH, {len(files)} files at 30 fps", [resample_motion(read_motion(path), 30.0) for path in files]
+            yield (
+                f"CMU BVH, {len(files)} files at 30 fps",
+                [resample_motion(read_motion(path), 30.0) for path in files],
+            )
     if files := sorted((data / "motions").glob("*.txt")):
         yield f"DeepMimic, {len(files)} files", [read_motion(path) for path in files]
 
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--clips", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path)
@@ -64,7 +79,11 @@ def main() -> int:
         rows = []
         for clip in clips:
             both = [
-                measure_retargeting(clip, body, retarget(clip, body, settings=RetargetSettings(raw=raw, level="never")))
+                measure_retargeting(
+                    clip,
+                    body,
+                    retarget(clip, body, settings=RetargetSettings(raw=raw, level="never")),
+                )
                 for raw in (True, False)
             ]
             rows.append([[getattr(quality, column) for column in COLUMNS] for quality in both])

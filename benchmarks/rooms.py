@@ -1,9 +1,11 @@
-"""A person is taken out of twelve ordinary rooms whose empty state is known: `python -m benchmarks.rooms --data ../shared/data`.
+"""A person is taken out of twelve ordinary rooms whose empty state is known: `python -m
+benchmarks.rooms --data ../shared/data`.
 
-Rooms and people are rendered (`a2v.lab.studio.rooms`, two minutes of one core each; `--kept` keeps them). For each: PSNR over the hole, and over the
-hole and all that the person's shadow changes by over 8 levels, against the empty room; how well the floor is found (IoU inside the photo); and straight
-walks of five seconds in six directions: how many of their frames stand on the true floor and in the picture, as they are and as `find_detour` bends
-them. Mask and camera are the true ones.
+Rooms and people are rendered (`a2v.lab.studio.rooms`, two minutes of one core each; `--kept` keeps
+them). For each: PSNR over the hole, and over the hole and all that the person's shadow changes by
+over 8 levels, against the empty room; how well the floor is found (IoU inside the photo); and
+straight walks of five seconds in six directions: how many of their frames stand on the true floor
+and in the picture, as they are and as `find_detour` bends them. Mask and camera are the true ones.
 """
 
 from __future__ import annotations
@@ -32,20 +34,32 @@ _TALL = 1.7
 
 def psnr(one: ByteArray, other: ByteArray, where: BoolArray) -> float:
     """Peak signal to noise ratio over some pixels, dB."""
-    return float(10 * np.log10(255**2 / np.mean((one[where].astype(np.float64) - other[where]) ** 2)))
+    return float(
+        10 * np.log10(255**2 / np.mean((one[where].astype(np.float64) - other[where]) ** 2))
+    )
 
 
 def walks(case: RoomCase, picture: ByteArray) -> tuple[float, float, float]:
-    """IoU of the floor; shares of frames on the true floor and in the picture, of straight walks and of bent ones."""
+    """IoU of the floor; shares of frames on the true floor and in the picture, of straight walks
+    and of bent ones."""
     import cv2
 
     shown, frame = square(picture)
     facts = case.facts
-    camera = ViewCamera(origin=tuple(facts["origin"]), target=tuple(facts["target"]), fov=float(facts["fov"]))
+    camera = ViewCamera(
+        origin=tuple(facts["origin"]), target=tuple(facts["target"]), fov=float(facts["fov"])
+    )
     floor = find_floor(shown, camera, np.zeros(2))
     side = len(floor)
-    truth = cv2.resize(square_mask(case.floor, frame), (side, side), interpolation=cv2.INTER_AREA) > 0.5
-    inside = cv2.resize(square_mask(np.ones_like(case.floor), frame), (side, side), interpolation=cv2.INTER_AREA) > 0.5
+    truth = (
+        cv2.resize(square_mask(case.floor, frame), (side, side), interpolation=cv2.INTER_AREA) > 0.5
+    )
+    inside = (
+        cv2.resize(
+            square_mask(np.ones_like(case.floor), frame), (side, side), interpolation=cv2.INTER_AREA
+        )
+        > 0.5
+    )
     found = standing_room(floor, camera, frame, len(shown), _TALL)
     allowed = standing_room(truth, camera, frame, len(shown), _TALL)
     plain, bent = [], []
@@ -54,7 +68,11 @@ def walks(case: RoomCase, picture: ByteArray) -> tuple[float, float, float]:
         plain.append(_good(roots, allowed(roots)))
         places = find_detour(roots, found, fps=30, entering=True).places
         bent.append(_good(places, allowed(places)))
-    return float((floor & truth).sum() / ((floor | truth) & inside).sum()), float(np.mean(plain)), float(np.mean(bent))
+    return (
+        float((floor & truth).sum() / ((floor | truth) & inside).sum()),
+        float(np.mean(plain)),
+        float(np.mean(bent)),
+    )
 
 
 def _good(places: FloatArray, allowed: BoolArray) -> float:
@@ -71,21 +89,44 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--kept", type=Path, default=None, help="folder where rooms are kept")
     parser.add_argument("--rooms", type=int, default=ROOMS)
-    parser.add_argument("--sheet", type=Path, default=None, help="JPEG of every photo, what is painted, and the empty room")
+    parser.add_argument(
+        "--sheet",
+        type=Path,
+        default=None,
+        help="JPEG of every photo, what is painted, and the empty room",
+    )
     options = parser.parse_args()
-    print("| room | hole, dB | with shadow, dB | floor, IoU | straight walks on floor and in picture | bent | painting, CPU s |\n|---|---|---|---|---|---|---|")
+    print(
+        "| room | hole, dB | with shadow, dB | floor, IoU | straight walks on floor and in picture | bent | painting, CPU s |\n|---|---|---|---|---|---|---|"
+    )
     rows, values = [], []
     for number in range(options.rooms):
         case = open_room(number, options.data, options.kept)
         started = time.process_time()
         painted = paint_out(case.image, case.mask)
         seconds = time.process_time() - started
-        hole = cv2.dilate((case.mask > 0.02).astype(np.uint8), np.ones((2 * _HOLE + 1,) * 2, np.uint8)) > 0
+        hole = (
+            cv2.dilate((case.mask > 0.02).astype(np.uint8), np.ones((2 * _HOLE + 1,) * 2, np.uint8))
+            > 0
+        )
         changed = hole | (np.abs(case.image.astype(np.int64) - case.empty).max(axis=-1) > _CHANGED)
-        measured = psnr(painted, case.empty, hole), psnr(painted, case.empty, changed), *walks(case, painted), seconds
+        measured = (
+            psnr(painted, case.empty, hole),
+            psnr(painted, case.empty, changed),
+            *walks(case, painted),
+            seconds,
+        )
         values.append(measured)
         print(f"| {number} | " + " | ".join(_text(measured)) + " |", flush=True)
-        rows.append(np.concatenate([cv2.resize(one, (400, 400 * one.shape[0] // one.shape[1])) for one in (case.image, painted, case.empty)], axis=1))
+        rows.append(
+            np.concatenate(
+                [
+                    cv2.resize(one, (400, 400 * one.shape[0] // one.shape[1]))
+                    for one in (case.image, painted, case.empty)
+                ],
+                axis=1,
+            )
+        )
     print("| mean | " + " | ".join(_text(np.mean(values, axis=0))) + " |")
     if options.sheet is not None:
         with atomic_path(options.sheet) as temporary:
@@ -94,7 +135,14 @@ def main() -> None:
 
 def _text(values: FloatArray | tuple[float, ...]) -> list[str]:
     hole, changed, floor, plain, bent, seconds = values
-    return [f"{hole:.1f}", f"{changed:.1f}", f"{floor:.3f}", f"{plain:.0%}", f"{bent:.0%}", f"{seconds:.1f}"]
+    return [
+        f"{hole:.1f}",
+        f"{changed:.1f}",
+        f"{floor:.3f}",
+        f"{plain:.0%}",
+        f"{bent:.0%}",
+        f"{seconds:.1f}",
+    ]
 
 
 if __name__ == "__main__":

@@ -1,12 +1,15 @@
-"""What many videos cost: a small batch measured here, and a simulation of the scheduler on its times.
+"""What many videos cost: a small batch measured here, and a simulation of the scheduler on its
+times.
 
-    python -m benchmarks.scale --folder out/scale --people 50 --actions 3 --frames 8 --size 128 --light
-    python -m benchmarks.scale --simulate
+    python -m benchmarks.scale --folder out/scale --people 50 --actions 3 --frames 8 --size 128
+    --light python -m benchmarks.scale --simulate
     python -m benchmarks.scale --folder out/scale --nodes 10000
 
-The first makes a batch of `--sample` people on one worker with every request to the object store counted, then one of `--people` on `--workers` with
-an empty store, and compares its time with simulations from the sample's times of tasks and from its own. The second simulates a thousand people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are all remembered:
-what the engine takes for a node.
+The first makes a batch of `--sample` people on one worker with every request to the object store
+counted, then one of `--people` on `--workers` with an empty store, and compares its time with
+simulations from the sample's times of tasks and from its own. The second simulates a thousand
+people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are
+all remembered: what the engine takes for a node.
 """
 
 from __future__ import annotations
@@ -41,13 +44,24 @@ class Costs:
     latency: float
 
 
-DEFAULTS = Costs(seconds=(35.0, 0.6, 195.0), requests=(48, 9, 67), megabytes=(67.4, 0.01, 5.8), driver=0.06, latency=0.03)
-"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md, a person's on one core, requests and bytes as `measure` counted them at 8 frames of one view."""
+DEFAULTS = Costs(
+    seconds=(35.0, 0.6, 195.0),
+    requests=(48, 9, 67),
+    megabytes=(67.4, 0.01, 5.8),
+    driver=0.06,
+    latency=0.03,
+)
+"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md, a person's on
+one core, requests and bytes as `measure` counted them at 8 frames of one view."""
 
 
 def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:
-    """Hours of a batch in the order in which `pipelines.batch` does it: people, motions (one an action), videos that wait for both."""
-    lasting = [second + requests * costs.latency for second, requests in zip(costs.seconds, costs.requests, strict=True)]
+    """Hours of a batch in the order in which `pipelines.batch` does it: people, motions (one an
+    action), videos that wait for both."""
+    lasting = [
+        second + requests * costs.latency
+        for second, requests in zip(costs.seconds, costs.requests, strict=True)
+    ]
     free = [0.0] * workers
     heapq.heapify(free)
     driver = 0.0
@@ -59,7 +73,9 @@ def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str,
 
     person = [place(0.0, 0) for _ in range(people)]
     motion = [place(0.0, 1) for _ in range(actions)]
-    ends = sorted(place(max(person[p], motion[a]), 2) for p in range(people) for a in range(actions))
+    ends = sorted(
+        place(max(person[p], motion[a]), 2) for p in range(people) for a in range(actions)
+    )
     for end in ends:
         driver = max(driver, end) + costs.driver
     counts = (people, actions, people * actions)
@@ -75,7 +91,8 @@ def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str,
 
 
 def measure(given: argparse.Namespace) -> dict[str, Any]:
-    """Make a batch one by one, count its requests, and again on several workers; compare with the simulation."""
+    """Make a batch one by one, count its requests, and again on several workers; compare with the
+    simulation."""
     from PIL import Image
 
     from benchmarks.faults import ACTIONS, LIGHT, SAMPLE, write_jobs
@@ -93,13 +110,21 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
 
     photos = write_jobs(given.folder, 2, 1).parent
     for number in range(given.people):
-        Image.open(SAMPLE).point(lambda value, more=number: min(value + more, 255)).save(photos / f"p{number}.png")
+        Image.open(SAMPLE).point(lambda value, more=number: min(value + more, 255)).save(
+            photos / f"p{number}.png"
+        )
     rows = [f"p{p}.png,{ACTIONS[a]}" for p in range(given.people) for a in range(given.actions)]
     (photos / "jobs.csv").write_text("\n".join(["photo,action", *rows, ""]))
     words = list(map(str, LIGHT)) if given.light else []
-    stages = parse(PersonStages, words, command="scale", about="people", examples="") if words else PersonStages()
+    stages = (
+        parse(PersonStages, words, command="scale", about="people", examples="")
+        if words
+        else PersonStages()
+    )
     person = stages.with_photo("")
-    asked = VideoRequest(person=person).changed(frames=given.frames, views="front", size=given.size, spp=1)
+    asked = VideoRequest(person=person).changed(
+        frames=given.frames, views="front", size=given.size, spp=1
+    )
     read = read_rows(photos / "jobs.csv", asked)
     few = read[: given.sample * given.actions]
     requests: Counter[str] = Counter()
@@ -108,7 +133,9 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     for name in ("exists", "fetch", "put"):
         _count(Remote, name, requests, sent, now)
 
-    def go(name: str, rows: list[Row], executor: str, workers: int) -> tuple[float, dict[str, list[float]], float]:
+    def go(
+        name: str, rows: list[Row], executor: str, workers: int
+    ) -> tuple[float, dict[str, list[float]], float]:
         private = [step.node.name for step in video_graph() if "t" in step.axes]
         store = Store(f"file://{given.folder.absolute()}/objects-{name}", private)
         planner = Planner(store)
@@ -119,31 +146,54 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
         def done(task: Task, result: Result) -> None:
             assert not result.problem, result.problem
             spent[task.kind].append(result.seconds)
-            now[0] = {"person": "motion", "motion": "video"}.get(task.kind, "video") if not left[task.kind] else task.kind
+            now[0] = (
+                {"person": "motion", "motion": "video"}.get(task.kind, "video")
+                if not left[task.kind]
+                else task.kind
+            )
             if task.kind == "video":
                 begun = time.perf_counter()
                 write_job(given.folder / f"out-{name}", jobs[task.key], result, store)
                 writing[0] += time.perf_counter() - begun
 
-        order = {task.key: task for place in range(3) for job in jobs.values() for task in [job.tasks[place]]}
+        order = {
+            task.key: task
+            for place in range(3)
+            for job in jobs.values()
+            for task in [job.tasks[place]]
+        }
         left = Counter(task.kind for task in order.values())
 
         def counted(task: Task, result: Result) -> None:
             left[task.kind] -= 1
             done(task, result)
 
-        plan = Schedule(store, RunOptions(executor=executor, workers=workers), limit=None, done=counted, tick=lambda watch: None)  # type: ignore[arg-type]
+        plan = Schedule(
+            store,
+            RunOptions(executor=executor, workers=workers),
+            limit=None,
+            done=counted,
+            tick=lambda watch: None,
+        )  # type: ignore[arg-type]
         begun = time.perf_counter()
         plan.run(order.values())
         return time.perf_counter() - begun, spent, writing[0] / len(jobs)
 
     def costs(of: dict[str, list[float]], workers: int) -> float:
         each = tuple(sum(values) / len(values) for values in of.values())
-        return simulate(given.people, given.actions, workers, Costs(each, (0, 0, 0), (0, 0, 0), driver, 0.0))["hours"] * 3600
+        return (
+            simulate(
+                given.people, given.actions, workers, Costs(each, (0, 0, 0), (0, 0, 0), driver, 0.0)
+            )["hours"]
+            * 3600
+        )
 
     counts = {"person": len(few) // given.actions, "motion": given.actions, "video": len(few)}
     alone, spent, driver = go("alone", few, "serial", 1)
-    per_kind = {kind: (round(requests[kind] / counts[kind]), round(sent[kind] / counts[kind] / 1e6, 3)) for kind in counts}
+    per_kind = {
+        kind: (round(requests[kind] / counts[kind]), round(sent[kind] / counts[kind] / 1e6, 3))
+        for kind in counts
+    }
     wall, together, _ = go("together", read, "local", given.workers)
     return {
         "people": given.people, "actions": given.actions, "frames": given.frames, "size": given.size, "light": given.light,
@@ -156,7 +206,8 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def overhead(folder: Path, nodes: int) -> dict[str, Any]:
-    """Processor time of a graph of about `nodes` nodes, computed and then remembered; small numbers, in the shape of the real graph."""
+    """Processor time of a graph of about `nodes` nodes, computed and then remembered; small
+    numbers, in the shape of the real graph."""
     from pipelines.engine.run import run
     from pipelines.engine.store import Store
     from tests.support.numbers import GRAPH, Scale
@@ -165,7 +216,16 @@ def overhead(folder: Path, nodes: int) -> dict[str, Any]:
     length = nodes // (1 + len(views))
     for _ in range(2):
         begun, clock = time.process_time(), time.perf_counter()
-        outcome = run("total", graph=GRAPH, store=Store(folder / "nodes"), executor="serial", length=length, scale=Scale(), views=views, wait=0.0)
+        outcome = run(
+            "total",
+            graph=GRAPH,
+            store=Store(folder / "nodes"),
+            executor="serial",
+            length=length,
+            scale=Scale(),
+            views=views,
+            wait=0.0,
+        )
         calls = sum(stats.calls for stats in outcome.nodes.values())
         cached = sum(stats.cached for stats in outcome.nodes.values())
         spent.append({
@@ -175,7 +235,9 @@ def overhead(folder: Path, nodes: int) -> dict[str, Any]:
     return {"computed": spent[0], "remembered": spent[1]}
 
 
-def _count(kind: type, name: str, requests: Counter[str], sent: Counter[str], now: list[str]) -> None:
+def _count(
+    kind: type, name: str, requests: Counter[str], sent: Counter[str], now: list[str]
+) -> None:
     real = getattr(kind, name)
 
     def counted(self: Any, key: str, *data: bytes) -> Any:
@@ -188,7 +250,9 @@ def _count(kind: type, name: str, requests: Counter[str], sent: Counter[str], no
 
 def main() -> None:
     """Measure or simulate; prints JSON."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--people", type=int, default=2)
     parser.add_argument("--sample", type=int, default=2)

@@ -1,11 +1,14 @@
-"""The page under many clients that upload, cancel, delete, disconnect and send rubbish, while its workers are killed and the disk gets full.
+"""The page under many clients that upload, cancel, delete, disconnect and send rubbish, while its
+workers are killed and the disk gets full.
 
-    nice -n 10 python -m benchmarks.soak --folder out/soak --minutes 60 --clients 50 --kills 10 --full 2 --seed 0
+    nice -n 10 python -m benchmarks.soak --folder out/soak --minutes 60 --clients 50 --kills 10
+    --full 2 --seed 0
 
-Everything goes to 127.0.0.1. The folder and the store lie on a small file system of their own (a tmpfs, which needs root; without it
-nothing gets full). Afterwards the page has to answer, to list what is there, to make a video, and to have forgotten whoever was removed;
-its memory is compared with what it had after the first two minutes under the same load. Prints one JSON object; exits with 1 where a
-check fails.
+Everything goes to 127.0.0.1. The folder and the store lie on a small file system of their own (a
+tmpfs, which needs root; without it nothing gets full). Afterwards the page has to answer, to list
+what is there, to make a video, and to have forgotten whoever was removed; its memory is compared
+with what it had after the first two minutes under the same load. Prints one JSON object; exits with
+1 where a check fails.
 """
 
 from __future__ import annotations
@@ -35,7 +38,15 @@ from tests.support.page import ROOT, Server
 from tests.support.uploads import hostile_uploads
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
-WISH = {"action": "Walk", "model": "cmu", "seconds": 0.4, "fps": 12, "size": 64, "spp": 1, "views": ["front"]}
+WISH = {
+    "action": "Walk",
+    "model": "cmu",
+    "seconds": 0.4,
+    "fps": 12,
+    "size": 64,
+    "spp": 1,
+    "views": ["front"],
+}
 """The smallest video that there is."""
 DISK_BYTES = 900 << 20
 WARM_SECONDS = 120.0
@@ -51,7 +62,12 @@ RUBBISH: tuple[object, ...] = (
 def small_disk(folder: Path) -> Iterator[bool]:
     """A file system of `DISK_BYTES` at `folder`; tells whether it is one."""
     folder.mkdir(parents=True, exist_ok=True)
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "none", str(folder)], check=False).returncode == 0
+    mounted = (
+        subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "none", str(folder)], check=False
+        ).returncode
+        == 0
+    )
     try:
         yield mounted
     finally:
@@ -69,7 +85,9 @@ class Client(threading.Thread):
     figures : what was answered how often, shared
     """
 
-    def __init__(self, server: Server, number: int, seed: int, until: float, figures: Counter[str]) -> None:
+    def __init__(
+        self, server: Server, number: int, seed: int, until: float, figures: Counter[str]
+    ) -> None:
         super().__init__(daemon=True)
         self._server, self._until, self._figures = server, until, figures
         self._draw = random.Random(f"{seed} {number}")
@@ -85,7 +103,10 @@ class Client(threading.Thread):
             act = self._draw.choices(list(self._acts), list(self._acts.values()))[0]
             try:
                 act()
-            except (OSError, ValueError) as error:  # a connection that was reset, an answer that broke off
+            except (
+                OSError,
+                ValueError,
+            ) as error:  # a connection that was reset, an answer that broke off
                 self._figures[f"{act.__name__.strip('_')}: {type(error).__name__}"] += 1
             time.sleep(self._draw.expovariate(1 / 4.0))
 
@@ -104,7 +125,11 @@ class Client(threading.Thread):
         """The sample in one of twelve sizes, or noise."""
         buffer = io.BytesIO()
         side = 300 + 10 * self._draw.randrange(12)
-        image = Image.open(SAMPLE).resize((side, side)) if self._draw.random() < 0.5 else Image.effect_noise((200, 260), 90).convert("RGB")
+        image = (
+            Image.open(SAMPLE).resize((side, side))
+            if self._draw.random() < 0.5
+            else Image.effect_noise((200, 260), 90).convert("RGB")
+        )
         image.save(buffer, "jpeg")
         return buffer.getvalue()
 
@@ -115,29 +140,72 @@ class Client(threading.Thread):
     def _order(self) -> None:
         if photos := self._state()["photos"]:
             wish = WISH | {"seed": self._draw.randrange(6)}
-            self._tell("order", self._server.say("api/jobs", {"photo": self._draw.choice(photos)["id"], "wish": wish})[0])
+            self._tell(
+                "order",
+                self._server.say(
+                    "api/jobs", {"photo": self._draw.choice(photos)["id"], "wish": wish}
+                )[0],
+            )
 
     def _spared(self, jobs: list[dict[str, Any]]) -> set[str]:
-        """Mostly the video that is made now and its photo, because no video would ever be finished otherwise."""
-        queue = sorted((job for job in jobs if job["status"] in ("waiting", "running")), key=lambda job: float(job["created"]))
-        return {queue[0]["id"], queue[0]["photo"]} if queue and self._draw.random() > 0.02 else set()
+        """Mostly the video that is made now and its photo, because no video would ever be finished
+        otherwise."""
+        queue = sorted(
+            (job for job in jobs if job["status"] in ("waiting", "running")),
+            key=lambda job: float(job["created"]),
+        )
+        return (
+            {queue[0]["id"], queue[0]["photo"]} if queue and self._draw.random() > 0.02 else set()
+        )
 
     def _cancel(self) -> None:
         state = self._state()
         spared = self._spared(state["jobs"])
-        if jobs := [job for job in state["jobs"] if job["status"] in ("waiting", "running") and job["id"] not in spared]:
-            self._tell("cancel", self._server.ask(f"api/jobs/{self._draw.choice(jobs)['id']}/cancel", "POST", b"")[0])
+        if jobs := [
+            job
+            for job in state["jobs"]
+            if job["status"] in ("waiting", "running") and job["id"] not in spared
+        ]:
+            self._tell(
+                "cancel",
+                self._server.ask(f"api/jobs/{self._draw.choice(jobs)['id']}/cancel", "POST", b"")[
+                    0
+                ],
+            )
 
     def _remove(self) -> None:
         kind, state = self._draw.choice(("photos", "jobs")), self._state()
         spared = self._spared(state["jobs"])
         if found := [item for item in state[kind] if item["id"] not in spared]:
-            self._tell("remove", self._server.ask(f"api/{kind}/{self._draw.choice(found)['id']}", "DELETE")[0])
+            self._tell(
+                "remove",
+                self._server.ask(f"api/{kind}/{self._draw.choice(found)['id']}", "DELETE")[0],
+            )
 
     def _rubbish(self) -> None:
-        path = self._draw.choice(("api/jobs", "api/words", "api/photos/x/again", "api/nothing", "jobs/x/all.zip", "%ff%fe", "api/damaged"))
-        body = self._draw.choice([json.dumps(self._draw.choice(RUBBISH)).encode(), self._draw.randbytes(300), b"[" * 5000, b""])
-        self._tell("rubbish", self._server.ask(path, self._draw.choice(("POST", "GET", "PUT", "DELETE")), body)[0])
+        path = self._draw.choice(
+            (
+                "api/jobs",
+                "api/words",
+                "api/photos/x/again",
+                "api/nothing",
+                "jobs/x/all.zip",
+                "%ff%fe",
+                "api/damaged",
+            )
+        )
+        body = self._draw.choice(
+            [
+                json.dumps(self._draw.choice(RUBBISH)).encode(),
+                self._draw.randbytes(300),
+                b"[" * 5000,
+                b"",
+            ]
+        )
+        self._tell(
+            "rubbish",
+            self._server.ask(path, self._draw.choice(("POST", "GET", "PUT", "DELETE")), body)[0],
+        )
 
     def _connect(self) -> socket.socket:
         return socket.create_connection(("127.0.0.1", self._server.port), timeout=20)
@@ -146,7 +214,9 @@ class Client(threading.Thread):
         head = f"POST /{self._server.token}/api/photos HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 3000000\r\n\r\n".encode()
         with self._connect() as wire:
             wire.sendall(
-                head[: self._draw.randrange(1, len(head))] if self._draw.random() < 0.5 else head + bytes(self._draw.randrange(1, 200000))
+                head[: self._draw.randrange(1, len(head))]
+                if self._draw.random() < 0.5
+                else head + bytes(self._draw.randrange(1, 200000))
             )
             time.sleep(self._draw.random())
         self._figures["hung up"] += 1
@@ -166,7 +236,9 @@ class Client(threading.Thread):
                 self._tell("download", self._server.ask(f"jobs/{job['id']}/all.zip")[0])
                 return
             with self._connect() as wire:  # asks and does not read
-                wire.sendall(f"GET /{self._server.token}/jobs/{job['id']}/all.zip HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+                wire.sendall(
+                    f"GET /{self._server.token}/jobs/{job['id']}/all.zip HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode()
+                )
                 time.sleep(3)
             self._figures["held"] += 1
 
@@ -211,10 +283,12 @@ def wait_for(true: Callable[[], Any], seconds: float) -> bool:
 
 
 def afterwards(server: Server, folder: Path) -> dict[str, Any]:
-    """What has to hold after the storm: it answers and lists, everybody can be removed and is gone then, and a video is made."""
+    """What has to hold after the storm: it answers and lists, everybody can be removed and is gone
+    then, and a video is made."""
     state = server.state()
     listed = {
-        kind: {path.name for path in (folder / "page" / kind).iterdir()} == {one["id"] for one in state[kind]}
+        kind: {path.name for path in (folder / "page" / kind).iterdir()}
+        == {one["id"] for one in state[kind]}
         for kind in ("photos", "jobs")
     }
     removed = [server.ask(f"api/photos/{photo['id']}", "DELETE")[0] for photo in state["photos"]]
@@ -259,11 +333,19 @@ def storm(given: argparse.Namespace, server: Server, folder: Path, mounted: bool
     begun = time.monotonic()
     until, figures = begun + 60 * given.minutes, Counter[str]()
     draw = random.Random(given.seed)
-    clients = [Client(server, number, given.seed, until, figures) for number in range(given.clients)]
+    clients = [
+        Client(server, number, given.seed, until, figures) for number in range(given.clients)
+    ]
     for client in clients:
         client.start()
-    kills = sorted(begun + WARM_SECONDS + draw.random() * (until - begun - WARM_SECONDS) for _ in range(given.kills))
-    fulls = [begun + (until - begun) * (number + 1) / (given.full + 1) for number in range(given.full if mounted else 0)]
+    kills = sorted(
+        begun + WARM_SECONDS + draw.random() * (until - begun - WARM_SECONDS)
+        for _ in range(given.kills)
+    )
+    fulls = [
+        begun + (until - begun) * (number + 1) / (given.full + 1)
+        for number in range(given.full if mounted else 0)
+    ]
     sizes, first = list[float](), 0.0
     while time.monotonic() < until:
         time.sleep(1)
@@ -289,7 +371,9 @@ def storm(given: argparse.Namespace, server: Server, folder: Path, mounted: bool
 
 def main() -> int:
     """Run it and print what happened."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--clients", type=int, default=50)
@@ -321,7 +405,8 @@ def main() -> int:
         "lists what is there": all(after["listed"].values()),
         "makes a video": after["made"] == "done" and after["film"][1] > 1000,
         "ends when asked to": ended is not None,
-        "nothing is left of anybody": not after["left in the page's folder"] and "subject" not in after["remembered calls that are left"],
+        "nothing is left of anybody": not after["left in the page's folder"]
+        and "subject" not in after["remembered calls that are left"],
     }
     print(json.dumps({**told, "checks": checks}, indent=1))
     return 0 if all(checks.values()) else 1

@@ -1,6 +1,8 @@
-"""How feet stand, how lively clips are and how seeds differ, every action as the commands make it: python -m benchmarks.standing [--model cmu-fine] [--clips 4]
+"""How feet stand, how lively clips are and how seeds differ, every action as the commands make it:
+python -m benchmarks.standing [--model cmu-fine] [--clips 4]
 
-The same as ``a2v evaluate --stand``, without a classifier, and at another tempo or along a circle where that is asked for. Writes Markdown to --out.
+The same as ``a2v evaluate --stand``, without a classifier, and at another tempo or along a circle
+where that is asked for. Writes Markdown to --out.
 """
 
 from __future__ import annotations
@@ -30,7 +32,9 @@ CIRCLE = GroundPath(np.stack([2 * (1 - np.cos(TURN)), 2 * np.sin(TURN)], axis=-1
 
 def main() -> None:
     """Print the summary, write the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--model", default="cmu-fine")
     parser.add_argument("--data", default=os.environ.get("A2V_DATA", "../shared/data"))
     parser.add_argument("--clips", type=int, default=4)
@@ -44,7 +48,13 @@ def main() -> None:
 
     def make(action: str, seed: int) -> Motion:
         way = Direction(path=CIRCLE) if given.circle else None
-        return make_motion(model, [Step(action=action)], Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed), edit=Edit(speed=given.speed), direction=way)
+        return make_motion(
+            model,
+            [Step(action=action)],
+            Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed),
+            edit=Edit(speed=given.speed),
+            direction=way,
+        )
 
     chosen = [name.strip() for name in given.actions.split(",")] if given.actions else None
     scores = score_standing(make, dataset, clips=given.clips, actions=chosen)

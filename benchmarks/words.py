@@ -1,8 +1,10 @@
 """How many prompts are understood: ``python -m benchmarks.words [--half development] [--show]``.
 
-``tests/motion/words.csv`` was written before the matcher that it measures, ``words_everyday.csv`` before that was changed the next time. A row holds a prompt, what a person would accept, and the lengths that it
-asks for. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted for one of them, `` / `` other ways to part it; ``*`` stands for any end of a
-name; ``refuse`` for a refusal. A prompt is *servable* where every step has an accepted action that is shipped. It is
+``tests/motion/words.csv`` was written before the matcher that it measures, ``words_everyday.csv``
+before that was changed the next time. A row holds a prompt, what a person would accept, and the
+lengths that it asks for. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted
+for one of them, `` / `` other ways to part it; ``*`` stands for any end of a name; ``refuse`` for a
+refusal. A prompt is *servable* where every step has an accepted action that is shipped. It is
 
 - *served*: every step is an accepted action, and the lengths are those of the row,
 - *refused*: where a refusal is accepted or nothing that is accepted is shipped, this is right,
@@ -46,7 +48,10 @@ class Row:
     @classmethod
     def of(cls, row: dict[str, str]) -> Row:
         """A row of the file."""
-        ways = tuple(tuple(tuple(step.split(";")) for step in way.split("|")) for way in row["accepted"].split(" / "))
+        ways = tuple(
+            tuple(tuple(step.split(";")) for step in way.split("|"))
+            for way in row["accepted"].split(" / ")
+        )
         seconds = tuple(float(part) if part else None for part in row.get("seconds", "").split("|"))
         return cls(row["prompt"], ways, seconds, row.get("half", HALVES[0]))
 
@@ -57,7 +62,10 @@ class Row:
 
     def servable(self, actions: Sequence[str]) -> bool:
         """Whether everything that it takes is among `actions`."""
-        return any(all(any(_is(action, step) for action in actions) for step in way) for way in self.accepted)
+        return any(
+            all(any(_is(action, step) for action in actions) for step in way)
+            for way in self.accepted
+        )
 
     def serves(self, steps: Steps) -> bool:
         """Whether `steps` are what a person accepts."""
@@ -65,14 +73,20 @@ class Row:
         return any(
             len(way) == len(steps)
             and len(lengths) == len(steps)
-            and all(_is(action, step) and seconds == length for (action, seconds), step, length in zip(steps, way, lengths, strict=True))
+            and all(
+                _is(action, step) and seconds == length
+                for (action, seconds), step, length in zip(steps, way, lengths, strict=True)
+            )
             for way in self.accepted
         )
 
 
 def _is(action: str, accepted: Sequence[str]) -> bool:
     """Whether an action has one of the names."""
-    return any(fnmatchcase(plain_name(action), "*".join(map(plain_name, name.split("*")))) for name in accepted)
+    return any(
+        fnmatchcase(plain_name(action), "*".join(map(plain_name, name.split("*"))))
+        for name in accepted
+    )
 
 
 def read_rows(name: str = "words.csv") -> list[Row]:
@@ -86,13 +100,20 @@ def verdict(row: Row, resolve: Resolver, actions: Sequence[str]) -> tuple[str, s
     try:
         steps = resolve(row.prompt)
     except InputError as error:
-        return ("refused right" if row.may_refuse or not row.servable(actions) else "refused"), str(error)
-    told = ", ".join(action + (f" for {seconds:g} s" if seconds is not None else "") for action, seconds in steps)
+        return ("refused right" if row.may_refuse or not row.servable(actions) else "refused"), str(
+            error
+        )
+    told = ", ".join(
+        action + (f" for {seconds:g} s" if seconds is not None else "") for action, seconds in steps
+    )
     return ("served" if row.serves(steps) else "wrong"), told
 
 
-def count(rows: Sequence[Row], resolve: Resolver, actions: Sequence[str]) -> tuple[Counter[str], list[tuple[str, str, str]]]:
-    """How often each verdict falls, with "servable": rows that are servable and are not to be refused; and (verdict, prompt, answer) of the bad ones."""
+def count(
+    rows: Sequence[Row], resolve: Resolver, actions: Sequence[str]
+) -> tuple[Counter[str], list[tuple[str, str, str]]]:
+    """How often each verdict falls, with "servable": rows that are servable and are not to be
+    refused; and (verdict, prompt, answer) of the bad ones."""
     counts: Counter[str] = Counter()
     bad = []
     for row in rows:
@@ -128,11 +149,15 @@ def main() -> None:
         own = [row for row in rows if row.half == half]
         counts, bad = count(own, resolve, actions)
         share = counts["served"] / max(counts["servable"], 1)
-        print(f"{name}, {half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}")
+        print(
+            f"{name}, {half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}"
+        )
         if options.show and half == HALVES[0]:
             print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
     first = read_rows("first_fifty.csv")
-    print(f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} are served; {len(actions)} actions")
+    print(
+        f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} are served; {len(actions)} actions"
+    )
 
 
 if __name__ == "__main__":

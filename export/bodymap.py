@@ -1,4 +1,5 @@
-"""From the trained network of the body map to ``bodymap.onnx``: one picture in, landmarks and maps out, without torch.
+"""From the trained network of the body map to ``bodymap.onnx``: one picture in, landmarks and maps
+out, without torch.
 
 Arithmetic is float32, large weights are stored as float16.
 """
@@ -37,7 +38,8 @@ class BodyMapGraph(nn.Module):
         self.body = network
 
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Points (B, 33, 3), log_scales (B, 33, 2) and maps (B, 9, 64, 64) of pictures (B, 4, 256, 256)."""
+        """Points (B, 33, 3), log_scales (B, 33, 2) and maps (B, 9, 64, 64) of pictures (B, 4, 256,
+        256)."""
         told = self.body(picture)
         return told.points, told.log_scales, told.maps
 
@@ -51,7 +53,8 @@ def export_bodymap(
     initial: str = "",
     extra: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write `FILE` of a run of `a2v.lab.bodymap.training` into `folder`, from its averaged weights; returns its path.
+    """Write `FILE` of a run of `a2v.lab.bodymap.training` into `folder`, from its averaged weights;
+    returns its path.
 
     Parameters
     ----------
@@ -60,8 +63,9 @@ def export_bodymap(
     licence : str
         Goes into the file.
     blend : float
-        Share, over 0, of the run's weights; the rest are those of the file in the folder `initial` ("shipped": that of a2v) that the run began with. What
-        a network learned of new views then costs less of what it knew (Wortsman et al. 2022).
+        Share, over 0, of the run's weights; the rest are those of the file in the folder `initial`
+        ("shipped": that of a2v) that the run began with. What a network learned of new views then
+        costs less of what it knew (Wortsman et al. 2022).
     extra : mapping, optional
         More to say of the network (data, seeds), JSON.
 
@@ -71,29 +75,47 @@ def export_bodymap(
         It is not trained, `blend` is no share, or there is nothing to blend with.
     """
     if not 0 < blend <= 1:
-        raise InputError(f"blend is {blend:g}; expected a share of the trained weights over 0, at most 1")
+        raise InputError(
+            f"blend is {blend:g}; expected a share of the trained weights over 0, at most 1"
+        )
     if blend < 1 and not initial:
-        raise InputError("blend mixes the trained weights with those of bodymap.initial; give it too, or leave blend out")
+        raise InputError(
+            "blend mixes the trained weights with those of bodymap.initial; give it too, or leave blend out"
+        )
     network, facts = load_network(run)
     if blend < 1:
-        network, facts = blended(network, stored_weights(initial_folder(initial)), blend), {**facts, "blend": blend}
+        network, facts = (
+            blended(network, stored_weights(initial_folder(initial)), blend),
+            {**facts, "blend": blend},
+        )
     path = Path(folder) / FILE.name
     export_network(network, path, licence=licence, extra={**facts, **(extra or {})})
     return path
 
 
-def blended(network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float) -> BodyMapNetwork:
-    """The mean of a network's weights, counted `share`, and of `other` ones (`stored_weights`), normalisations folded in both."""
+def blended(
+    network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float
+) -> BodyMapNetwork:
+    """The mean of a network's weights, counted `share`, and of `other` ones (`stored_weights`),
+    normalisations folded in both."""
     with tempfile.TemporaryDirectory() as folder:
         export_network(network, Path(folder) / FILE.name, licence="")
         own = stored_weights(folder)
     mixed = BodyMapNetwork()
-    fill(mixed, {name: share * own[name] + (1 - share) * other[name] for name in own if name in other}, otherwise="leave blend out")
+    fill(
+        mixed,
+        {name: share * own[name] + (1 - share) * other[name] for name in own if name in other},
+        otherwise="leave blend out",
+    )
     return mixed.eval()
 
 
 def export_network(
-    network: BodyMapNetwork, path: str | os.PathLike[str], *, licence: str, extra: Mapping[str, Any] | None = None
+    network: BodyMapNetwork,
+    path: str | os.PathLike[str],
+    *,
+    licence: str,
+    extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a network as ONNX; its weights are rounded, in place, to what is stored."""
     round_to_stored(network)
@@ -102,7 +124,13 @@ def export_network(
     torch.backends.mha.set_fastpath_enabled(False)  # the fused attention has no ONNX
     try:
         with torch.no_grad():
-            proto = to_onnx(BodyMapGraph(network).eval(), (torch.zeros(2, 4, SIDE, SIDE),), INPUTS, OUTPUTS, [{0: batch}])
+            proto = to_onnx(
+                BodyMapGraph(network).eval(),
+                (torch.zeros(2, 4, SIDE, SIDE),),
+                INPUTS,
+                OUTPUTS,
+                [{0: batch}],
+            )
     finally:
         torch.backends.mha.set_fastpath_enabled(before)
     shrink(proto)

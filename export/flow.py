@@ -1,7 +1,8 @@
 """Export of a trained window flow to one self-describing ONNX file.
 
-The graph carries noise to a whole window of joints: integration of the flow, decoding, continuation of given
-frames and forward kinematics inside. Longer motions and transitions are windows that continue one another.
+The graph carries noise to a whole window of joints: integration of the flow, decoding, continuation
+of given frames and forward kinematics inside. Longer motions and transitions are windows that
+continue one another.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ from export.storage import round_to_stored, save_model, shrink
 STEPS = 7
 """Steps of the integration: more do not change the metrics (docs/research/motion-flow.md)."""
 FADE_SECONDS = 1.0
-"""Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/research/motion-flow.md)."""
+"""Time over which what a window misses of the frames it continues fades out: shorter, and motion
+rushes after each join (docs/research/motion-flow.md)."""
 
 
 class WindowGraph(nn.Module):
@@ -45,23 +47,45 @@ class WindowGraph(nn.Module):
     path: Tensor
 
     def __init__(
-        self, model: FlowModel, dataset: ActionDataset, *, steps: int, guidance: float, temperature: float = 1.0, guided_until: float = 1.0
+        self,
+        model: FlowModel,
+        dataset: ActionDataset,
+        *,
+        steps: int,
+        guidance: float,
+        temperature: float = 1.0,
+        guided_until: float = 1.0,
     ) -> None:
         super().__init__()
         codec = model.codec
         self.network, self.skeleton, self.steps = model.network, dataset.skeleton, steps
         self.guidance, self.guided_until, self.temperature = guidance, guided_until, temperature
-        self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, dataset.frame.metres_per_unit
+        self.frames, self.context_frames, self.metres_per_unit = (
+            codec.frames,
+            codec.context_frames,
+            dataset.frame.metres_per_unit,
+        )
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
-        self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
+        self.register_buffer(
+            "basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None])
+        )
         self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
-        self.register_buffer("context_basis", torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()))
+        self.register_buffer(
+            "context_basis",
+            torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()),
+        )
         # the fade ends before the frames that a next window continues
-        fade_frames = max(1, min(round(FADE_SECONDS * dataset.fps), codec.frames - 2 * codec.context_frames))
-        after = np.clip((np.arange(codec.frames) - codec.context_frames + 1) / (fade_frames + 1), 0, 1)
+        fade_frames = max(
+            1, min(round(FADE_SECONDS * dataset.fps), codec.frames - 2 * codec.context_frames)
+        )
+        after = np.clip(
+            (np.arange(codec.frames) - codec.context_frames + 1) / (fade_frames + 1), 0, 1
+        )
         fade = 0.5 * (1 + np.cos(np.pi * after))  # 1 over the given frames, then falling to 0
         self.register_buffer("fade", torch.from_numpy(fade.astype(np.float32))[None, :, None])
-        self.register_buffer("path", torch.from_numpy(dataset.skeleton.path_matrix[:, 1:].astype(np.float32)))
+        self.register_buffer(
+            "path", torch.from_numpy(dataset.skeleton.path_matrix[:, 1:].astype(np.float32))
+        )
 
     def forward(
         self,
@@ -90,7 +114,8 @@ class WindowGraph(nn.Module):
         bone_lengths : (B, J)
             Native units.
         measure, gain : (K, D)
-            Constraints (`a2v.motion.steer`): what is measured of a code, and how a code moves for what is missed, as in a Kalman filter.
+            Constraints (`a2v.motion.steer`): what is measured of a code, and how a code moves for
+            what is missed, as in a Kalman filter.
         goal : (B, K) or (1, K)
             What is to be measured. None: no constraints, for which the file has one of zeros.
         """
@@ -107,33 +132,47 @@ class WindowGraph(nn.Module):
             self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance, guided_until=self.guided_until,
             steer=None if measure is None or gain is None or goal is None else lambda code: code + (goal - code @ measure.T) @ gain,
         )  # fmt: skip
-        features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
+        features = (window @ self.basis + self.mean).reshape(
+            noise.shape[0], self.frames, 3 * self.skeleton.n_joints
+        )
         # the given frames exactly, then a fade of what the window missed at the last of them
         missed = given - features[:, : self.context_frames]
-        held = torch.cat([missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1)
+        held = torch.cat(
+            [missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1
+        )
         features = features + has_context[:, None, None] * self.fade * held
         if heading is not None:
             back = heading * heading.new_tensor([1.0, -1.0])
             features = face_forward(features.reshape(*features.shape[:2], -1, 3), back).flatten(2)
         root = (features[..., :3] - features[:, :1, :3]) / ROOT_WEIGHT
-        # from here on all frames of all clips come last: operations along rows of three cost onnxruntime several times as much
+        # from here on all frames of all clips come last: operations along rows of three cost
+        # onnxruntime several times as much
         n, size = self.skeleton.n_joints, (noise.shape[0], self.frames, self.skeleton.n_joints, 3)
         vectors = features[..., 3:].flatten(0, 1).T.reshape(n - 1, 3, -1)
-        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(1, keepdim=True)), min=1e-6)
+        directions = vectors / torch.clamp(
+            torch.sqrt((vectors * vectors).sum(1, keepdim=True)), min=1e-6
+        )
         lengths = bone_lengths[:, 1:].T[:, None, :, None]
         bones = (directions.reshape(n - 1, 3, -1, self.frames) * lengths).reshape(n - 1, -1)
         joints = (self.path @ bones).reshape(n, 3, -1) + root.flatten(0, 1).T
-        rotvec = bones_to_rotvecs(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
-        made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, rotvec))
+        rotvec = bones_to_rotvecs(
+            torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton
+        )
+        made = (
+            array.reshape(3 * n, -1).T.reshape(size)
+            for array in (joints * self.metres_per_unit, rotvec)
+        )
         return tuple(made)  # type: ignore[return-value]
 
-
     def _heading(self, context: Tensor, has_context: Tensor) -> Tensor | None:
-        """Where windows head, (B, 2) of cosine and sine: as the context does, else ahead; None for flows that learned headings."""
+        """Where windows head, (B, 2) of cosine and sine: as the context does, else ahead; None for
+        flows that learned headings."""
         if not self.network.settings.face_forward:
             return None
         known = has_context[:, None]
-        return known * first_heading(context, self.skeleton) + (1 - known) * context.new_tensor([1.0, 0.0])
+        return known * first_heading(context, self.skeleton) + (1 - known) * context.new_tensor(
+            [1.0, 0.0]
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +186,8 @@ class Sampling:
     guidance, guided_until : float
         See `FlowNetwork.integrate`.
     temperature : float
-        The noise is multiplied by it: less makes clips that are more typical of their action, and less varied.
+        The noise is multiplied by it: less makes clips that are more typical of their action, and
+        less varied.
     """
 
     steps: int = STEPS
@@ -188,14 +228,29 @@ def export_flow(
     graph = WindowGraph(model, dataset, **dataclasses.asdict(sampling)).cpu().eval()
     round_to_stored(graph)
     proto = _trace(graph, model)
-    _make_optional(proto, {"measure": (1, model.codec.window.basis.shape[0]), "gain": (1, model.codec.window.basis.shape[0]), "goal": (1, 1)})
+    _make_optional(
+        proto,
+        {
+            "measure": (1, model.codec.window.basis.shape[0]),
+            "gain": (1, model.codec.window.basis.shape[0]),
+            "goal": (1, 1),
+        },
+    )
     shrink(proto)
     _show(proto, {"basis": model.codec.window.basis.shape, "mean": model.codec.window.mean.shape})
-    save_model(proto, describe_data(dataset, licence=licence) | describe_windows(model, dataset) | dataclasses.asdict(sampling) | dict(extra or {}), path)
+    save_model(
+        proto,
+        describe_data(dataset, licence=licence)
+        | describe_windows(model, dataset)
+        | dataclasses.asdict(sampling)
+        | dict(extra or {}),
+        path,
+    )
 
 
 def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]:
-    """Metadata that every flow has besides `describe_data`: sizes, and how much of a window clips of each action move."""
+    """Metadata that every flow has besides `describe_data`: sizes, and how much of a window clips
+    of each action move."""
     shares = np.minimum(np.array([len(clip) for clip in dataset.joints]) / dataset.length, 1)
     return {
         "format": WINDOW_FORMAT,
@@ -206,38 +261,73 @@ def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]
         # how much of a window moves before its clip ends: sorted, one entry a clip, by action
         "steerable": True,
         **_headings(model, dataset),
-        "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
+        "active": [
+            np.sort(np.round(shares[dataset.labels == label], 4)).tolist()
+            for label in range(len(dataset.actions))
+        ],
     }
 
 
 def _headings(model: FlowModel, dataset: ActionDataset, *, windows: int = 48) -> dict[str, Any]:
-    """Where the data's windows face at first, by action, for flows that learned windows that face +z."""
+    """Where the data's windows face at first, by action, for flows that learned windows that face
+    +z."""
     if not model.network.settings.face_forward:
         return {}
     sampler, generator = ClipSampler(dataset, dataset.length), np.random.default_rng(0)
     found = []
     for label in range(len(dataset.actions)):
         clips = np.flatnonzero(dataset.labels == label)
-        ahead = first_heading(sampler.windows(generator.choice(clips, windows), generator), dataset.skeleton) if len(clips) else np.zeros((0, 2))
+        ahead = (
+            first_heading(
+                sampler.windows(generator.choice(clips, windows), generator), dataset.skeleton
+            )
+            if len(clips)
+            else np.zeros((0, 2))
+        )
         found.append(np.round(np.arctan2(ahead[:, 1], ahead[:, 0]).astype(float), 2).tolist())
     return {"headings": found}
 
 
 def _trace(graph: WindowGraph, model: FlowModel) -> onnx.ModelProto:
     """The graph as ONNX, with a dynamic batch."""
-    joints, context, size = graph.skeleton.n_joints, model.codec.context_frames, model.network.settings.code_size
+    joints, context, size = (
+        graph.skeleton.n_joints,
+        model.codec.context_frames,
+        model.network.settings.code_size,
+    )
     arguments = (
         torch.randn(2, size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, context, joints, 3),
         torch.rand(2), torch.rand(2, joints), torch.zeros(3, size), torch.zeros(3, size), torch.zeros(2, 3),
     )  # fmt: skip
-    names = ["noise", "actions", "active", "context", "has_context", "bone_lengths", "measure", "gain", "goal"]
+    names = [
+        "noise",
+        "actions",
+        "active",
+        "context",
+        "has_context",
+        "bone_lengths",
+        "measure",
+        "gain",
+        "goal",
+    ]
     batch, wishes = torch.export.Dim("batch", min=1), torch.export.Dim("wishes", min=1)
-    free: dict[str, dict[int, Any]] = {"measure": {0: wishes}, "gain": {0: wishes}, "goal": {0: batch, 1: wishes}}
-    return to_onnx(graph, arguments, names, ["joints", "rotations"], [free.get(name, {0: batch}) for name in names])
+    free: dict[str, dict[int, Any]] = {
+        "measure": {0: wishes},
+        "gain": {0: wishes},
+        "goal": {0: batch, 1: wishes},
+    }
+    return to_onnx(
+        graph,
+        arguments,
+        names,
+        ["joints", "rotations"],
+        [free.get(name, {0: batch}) for name in names],
+    )
 
 
 def _make_optional(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Give inputs zeros of `shapes` as what they are when they are not given; lengths of 1 stay free."""
+    """Give inputs zeros of `shapes` as what they are when they are not given; lengths of 1 stay
+    free."""
     for name, shape in shapes.items():
         proto.graph.initializer.append(numpy_helper.from_array(np.zeros(shape, np.float32), name))
         item = next(item for item in proto.graph.input if item.name == name)
@@ -247,6 +337,7 @@ def _make_optional(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]
 
 
 def _show(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Make weights outputs as well: what steers codes from outside needs to know what a code means."""
+    """Make weights outputs as well: what steers codes from outside needs to know what a code
+    means."""
     for name, shape in shapes.items():
         proto.graph.output.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))

@@ -1,9 +1,10 @@
 """Export of a trained motion VAE to one self-describing ONNX file.
 
-The graph is the whole sampler: a Scan over frames around prior, generator, pose decoding and forward
-kinematics, with the noise as an input, so that the same noise gives the same motion as in PyTorch. Recurrent
-states and the previous pose are inputs and outputs: a run over one frame is the step that transitions,
-outpainting and endless sequences are made of; a run over many frames is the fast way to whole clips.
+The graph is the whole sampler: a Scan over frames around prior, generator, pose decoding and
+forward kinematics, with the noise as an input, so that the same noise gives the same motion as in
+PyTorch. Recurrent states and the previous pose are inputs and outputs: a run over one frame is the
+step that transitions, outpainting and endless sequences are made of; a run over many frames is the
+fast way to whole clips.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ from export.storage import SMALLEST_HALF, round_to_stored, save_model, shrink
 
 
 def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
-    """New state (B, H) for ``weight_ih @ x + bias_ih`` (B, 3H), written out: it exports to a handful of nodes, which nn.GRU does not."""
+    """New state (B, H) for ``weight_ih @ x + bias_ih`` (B, 3H), written out: it exports to a
+    handful of nodes, which nn.GRU does not."""
     resets, updates, candidates = gates.chunk(3, 1)
     by_reset, by_update, by_candidate = nn.functional.linear(state, weight, bias).chunk(3, 1)
     candidate = torch.tanh(candidates + torch.sigmoid(resets + by_reset) * by_candidate)
@@ -50,15 +52,17 @@ def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Ten
 
 
 def _keeps_turns(model: MotionVAE) -> bool:
-    """Whether the decoded rotation vectors are those of a motion: not without any, nor where chains start from W_0 instead of the identity."""
+    """Whether the decoded rotation vectors are those of a motion: not without any, nor where chains
+    start from W_0 instead of the identity."""
     return model.settings.decoder != "plain" and not model.settings.root_rotation
 
 
 class StepGraph(nn.Module):
-    """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the meaning.
+    """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the
+    meaning.
 
-    For one clip it is the number of nodes that costs: layers without a non-linearity between them are one product, and
-    what can be done for all frames at once is left to `RotationsGraph`.
+    For one clip it is the number of nodes that costs: layers without a non-linearity between them
+    are one product, and what can be done for all frames at once is left to `RotationsGraph`.
     """
 
     def __init__(self, model: MotionVAE) -> None:
@@ -77,8 +81,9 @@ class StepGraph(nn.Module):
         time: Tensor,
         lengths: Tensor,
     ) -> tuple[Tensor, ...]:
-        """New (previous, prior, low, high, trajectory), native units, and where `_keeps_turns` the rotation vectors (B, 3 n)
-        of the n bones, in the plan's order and in half turns, from -1 to 1; `lengths` are (n, B)."""
+        """New (previous, prior, low, high, trajectory), native units, and where `_keeps_turns` the
+        rotation vectors (B, 3 n) of the n bones, in the plan's order and in half turns, from -1 to
+        1; `lengths` are (n, B)."""
         model, decoder = self.model, self.model.pose_decoder
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
@@ -87,13 +92,21 @@ class StepGraph(nn.Module):
         prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
         mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
         latent = mean + torch.exp(0.5 * logvar) * noise
-        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model.generator, decoder))
+        gates = nn.functional.linear(
+            torch.cat([context, latent], -1), *generator_entry(model.generator, decoder)
+        )
         low = _gru_step(gates, low, *gru_state(gru, 0))
         high = _gru_step(nn.functional.linear(low, *gru_inputs(gru, 1)), high, *gru_state(gru, 1))
         outputs = nn.functional.linear(high, *generator_exit(model.generator, decoder))
         if decoder.lie_output is None:
             made = outputs.reshape(-1, n, 3)
-            return made + previous[:, :1] if model.settings.relative else made, prior, low, high, trajectory
+            return (
+                made + previous[:, :1] if model.settings.relative else made,
+                prior,
+                low,
+                high,
+                trajectory,
+            )
         half_turns, rest = torch.tanh(outputs[:, : decoder.turns]), outputs[:, decoder.turns :]
         rotvecs = (torch.pi * half_turns).T.reshape(decoder.turns // 3, 3, -1)
         frames = chain_frames(Exponentials.of(rotvecs[: n - 1]), decoder.plan)
@@ -109,8 +122,11 @@ class StepGraph(nn.Module):
         states = joints, prior, low, high, trajectory
         return (*states, half_turns) if _keeps_turns(model) else states
 
-    def _velocity(self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor) -> tuple[Tensor, Tensor]:
-        """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J) and h^o."""
+    def _velocity(
+        self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J)
+        and h^o."""
         decoder = self.model.pose_decoder
         made = nn.functional.linear(torch.cat([local, poses, told], -1), *velocity_entry(decoder))
         hidden, last, leak = velocity_layers(decoder)
@@ -124,7 +140,8 @@ class StepGraph(nn.Module):
 
 
 class RotationsGraph(nn.Module):
-    """Rotation vectors (B, T, J, 3) of all frames: of what `StepGraph` gives, or of the joints (B, T, J, 3) where it gives none."""
+    """Rotation vectors (B, T, J, 3) of all frames: of what `StepGraph` gives, or of the joints (B,
+    T, J, 3) where it gives none."""
 
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
@@ -140,7 +157,8 @@ class RotationsGraph(nn.Module):
 
 
 def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
-    """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; what it adds to a graph has names of its own."""
+    """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; what it adds
+    to a graph has names of its own."""
     graph, n = RotationsGraph(model), model.skeleton.n_joints
     example = torch.randn(2, 3, n, 3) if graph.plain else torch.randn(2, 3, 3 * n - 3)
     sizes = {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}
@@ -161,8 +179,11 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
         outputs.append("frame_turns")
     dynamic = torch.export.Dim("batch", min=1)
     sizes = [{int(name == "lengths"): dynamic} for name in names]
-    # products of weights are left to onnxruntime: folded here, they would be rounded a second time when they are stored
-    return to_onnx(StepGraph(model).eval(), arguments, names, outputs, sizes, fold_below=SMALLEST_HALF)
+    # products of weights are left to onnxruntime: folded here, they would be rounded a second time
+    # when they are stored
+    return to_onnx(
+        StepGraph(model).eval(), arguments, names, outputs, sizes, fold_below=SMALLEST_HALF
+    )
 
 
 def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
@@ -181,13 +202,18 @@ def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
     return constant
 
 
-def _frame_body(step: onnx.ModelProto) -> tuple[onnx.GraphProto, list[onnx.NodeProto], list[onnx.TensorProto]]:
+def _frame_body(
+    step: onnx.ModelProto,
+) -> tuple[onnx.GraphProto, list[onnx.NodeProto], list[onnx.TensorProto]]:
     """What the Scan repeats; the nodes and the weights that stand in the graph around it."""
     body = onnx.GraphProto()
     body.CopyFrom(step.graph)
-    # what the Scan keeps of every frame: the joints, which are also a state, and the rotation vectors if there are any
+    # what the Scan keeps of every frame: the joints, which are also a state, and the rotation
+    # vectors if there are any
     body.node.append(helper.make_node("Identity", [body.output[0].name], ["frame_joints"]))
-    body.output.insert(len(STATE_NAMES), onnx.ValueInfoProto(name="frame_joints", type=body.output[0].type))
+    body.output.insert(
+        len(STATE_NAMES), onnx.ValueInfoProto(name="frame_joints", type=body.output[0].type)
+    )
     folded = _hoist(body)
     weights = list(body.initializer)
     del body.initializer[:]
@@ -201,9 +227,15 @@ def _frame_body(step: onnx.ModelProto) -> tuple[onnx.GraphProto, list[onnx.NodeP
     return body, folded, weights
 
 
-def _sequence_values(model: MotionVAE) -> tuple[list[onnx.ValueInfoProto], list[onnx.ValueInfoProto]]:
+def _sequence_values(
+    model: MotionVAE,
+) -> tuple[list[onnx.ValueInfoProto], list[onnx.ValueInfoProto]]:
     """Inputs and outputs of the whole-sequence graph."""
-    joints, hidden, latent = model.skeleton.n_joints, model.settings.hidden_size, model.settings.latent_size
+    joints, hidden, latent = (
+        model.skeleton.n_joints,
+        model.settings.hidden_size,
+        model.settings.latent_size,
+    )
 
     def value(name: str, *shape: str | int, kind: int = TensorProto.FLOAT) -> onnx.ValueInfoProto:
         return helper.make_tensor_value_info(name, kind, list(shape))
@@ -226,8 +258,9 @@ def _sequence_values(model: MotionVAE) -> tuple[list[onnx.ValueInfoProto], list[
 def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     """The whole-sequence graph: a Scan of the step over frames, then metres.
 
-    Inputs are noise (N, T, Z), actions (N, T) int64, time (N, T) in (0, 1], bone_lengths (N, J) in native units and the
-    states of `STATE_NAMES`; outputs joints (N, T, J, 3) in metres, rotations (N, T, J, 3), root (N, T, 3) and ``last_<state>``.
+    Inputs are noise (N, T, Z), actions (N, T) int64, time (N, T) in (0, 1], bone_lengths (N, J) in
+    native units and the states of `STATE_NAMES`; outputs joints (N, T, J, 3) in metres, rotations
+    (N, T, J, 3), root (N, T, 3) and ``last_<state>``.
     """
     body, folded, weights = _frame_body(_step_model(model.eval()))
     made = ["native_joints", "turns"][: len(body.output) - len(STATE_NAMES)]
@@ -260,9 +293,15 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         helper.make_node("Mul", ["native_joints", "metres_per_unit"], ["joints"]),
         helper.make_node("Gather", ["joints", "root_index"], ["root"], axis=2),
     ]
-    stored = [*weights, *rotations.graph.initializer, *(numpy_helper.from_array(array, name) for name, array in constants.items())]
+    stored = [
+        *weights,
+        *rotations.graph.initializer,
+        *(numpy_helper.from_array(array, name) for name, array in constants.items()),
+    ]
     graph = helper.make_graph(nodes, "a2v_motion", *_sequence_values(model), initializer=stored)
-    result = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="a2v", ir_version=10)
+    result = helper.make_model(
+        graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="a2v", ir_version=10
+    )
     onnx.checker.check_model(result, full_check=False)
     return result
 
@@ -283,15 +322,27 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
             "chains": [list(chain) for chain in skeleton.chains],
             "rest_directions": np.round(skeleton.rest_directions, 9).tolist(),
         },
-        "bone_lengths": np.round(np.median(dataset.clip_bone_lengths, axis=0).astype(float), 6).tolist(),
+        "bone_lengths": np.round(
+            np.median(dataset.clip_bone_lengths, axis=0).astype(float), 6
+        ).tolist(),
         "metres_per_unit": dataset.frame.metres_per_unit,
         "native_signs": list(dataset.frame.signs),
         "licence": licence,
-        **{name: [list(texts) for texts in getattr(dataset, name)] for name in ("traits", "descriptions") if getattr(dataset, name)},
+        **{
+            name: [list(texts) for texts in getattr(dataset, name)]
+            for name in ("traits", "descriptions")
+            if getattr(dataset, name)
+        },
     }
 
 
-def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def describe(
+    model: MotionVAE,
+    dataset: ActionDataset,
+    *,
+    licence: str,
+    extra: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """The metadata that makes the file usable alone."""
     return describe_data(dataset, licence=licence) | {
         "format": STEP_FORMAT,
@@ -345,19 +396,29 @@ def export_motion(
     licence : str
         Licence of the weights, shown to users.
     temperature : float
-        Of the prior, see `cool`; 1 is the papers'. Less makes clips that are more typical of their action, and less varied.
+        Of the prior, see `cool`; 1 is the papers'. Less makes clips that are more typical of their
+        action, and less varied.
     extra : mapping
         More metadata (training settings, metrics); must be JSON.
 
     Raises
     ------
     InputError
-        The model has another number of actions than `dataset`, or the temperature is not above 0 and at most 2.
+        The model has another number of actions than `dataset`, or the temperature is not above 0
+        and at most 2.
     """
     if len(dataset.actions) != model.n_actions:
-        raise InputError(f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}")
+        raise InputError(
+            f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}"
+        )
     demand_temperature(temperature)
     round_to_stored(model.cpu())
     graph = sequence_model(cool(model, temperature), dataset.frame.metres_per_unit)
     shrink(graph)
-    save_model(graph, describe(model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}), path)
+    save_model(
+        graph,
+        describe(
+            model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}
+        ),
+        path,
+    )

@@ -1,7 +1,9 @@
-"""From the trained networks of the implicit surface to the three ONNX files that `a2v.reconstruction.implicit` runs.
+"""From the trained networks of the implicit surface to the three ONNX files that
+`a2v.reconstruction.implicit` runs.
 
-``person_maps.onnx`` looks at the photo once; ``person_field.onnx`` gives the signed distance at points, ``person_colors.onnx`` the colours of
-surface points. Arithmetic is float32, large weights are stored as float16.
+``person_maps.onnx`` looks at the photo once; ``person_field.onnx`` gives the signed distance at
+points, ``person_colors.onnx`` the colours of surface points. Arithmetic is float32, large weights
+are stored as float16.
 """
 
 from __future__ import annotations
@@ -30,10 +32,17 @@ class MapsGraph(nn.Module):
         super().__init__()
         self.shape, self.detail, self.painter = shape, detail, painter
 
-    def forward(self, photo: Tensor, photo_half: Tensor, guide: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    def forward(
+        self, photo: Tensor, photo_half: Tensor, guide: Tensor
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Features, maps, fine features and features for colours."""
         features, maps = self.shape.encoder(photo_half, guide)
-        return features, maps, self.detail.encoder(photo, maps), self.painter.features(photo_half, guide, maps)
+        return (
+            features,
+            maps,
+            self.detail.encoder(photo, maps),
+            self.painter.features(photo_half, guide, maps),
+        )
 
 
 class FieldGraph(nn.Module):
@@ -71,9 +80,14 @@ class ColorsGraph(nn.Module):
 
 
 def export_reconstruction(
-    run: str | os.PathLike[str], folder: str | os.PathLike[str], *, licence: str, extra: Mapping[str, Any] | None = None
+    run: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
+    licence: str,
+    extra: Mapping[str, Any] | None = None,
 ) -> tuple[Path, ...]:
-    """Write the three files of a run of `a2v.lab.surface.training` into `folder`; returns their paths.
+    """Write the three files of a run of `a2v.lab.surface.training` into `folder`; returns their
+    paths.
 
     Parameters
     ----------
@@ -95,13 +109,21 @@ def export_reconstruction(
     assert isinstance(painter, Painter)
     for network in (shape, detail, painter):
         round_to_stored(network)
-    photo, half = torch.zeros(1, PHOTO_CHANNELS, FRAME, FRAME), torch.zeros(1, PHOTO_CHANNELS, FRAME // 2, FRAME // 2)
+    photo, half = (
+        torch.zeros(1, PHOTO_CHANNELS, FRAME, FRAME),
+        torch.zeros(1, PHOTO_CHANNELS, FRAME // 2, FRAME // 2),
+    )
     guide = torch.zeros(1, GUIDE_CHANNELS, GUIDE, GUIDE)
     maps_graph = MapsGraph(shape, detail, painter).eval()
     with torch.no_grad():
         features, maps, fine, color_features = maps_graph(photo, half, guide)
     count = 64
-    asked = (torch.zeros(1, count, 2), torch.zeros(1, count), torch.zeros(1, count), torch.zeros(1, count, 3))
+    asked = (
+        torch.zeros(1, count, 2),
+        torch.zeros(1, count),
+        torch.zeros(1, count),
+        torch.zeros(1, count, 3),
+    )
     point_names = ["place", "depth", "guide_distance", "guide_normals"]
     graphs: dict[str, tuple[nn.Module, tuple[Tensor, ...], list[str], list[str]]] = {
         MAPS_FILE: (maps_graph, (photo, half, guide), ["photo", "photo_half", "guide"], ["features", "maps", "fine", "color_features"]),
@@ -118,14 +140,28 @@ def export_reconstruction(
     written = []
     for name, (graph, arguments, inputs, outputs) in graphs.items():
         path = Path(folder) / name
-        save_model(_trace(graph, arguments, inputs, outputs, [*point_names, "normals"]), metadata, path)
+        save_model(
+            _trace(graph, arguments, inputs, outputs, [*point_names, "normals"]), metadata, path
+        )
         written.append(path)
     return tuple(written)
 
 
-def _trace(graph: nn.Module, arguments: tuple[Tensor, ...], inputs: list[str], outputs: list[str], varying: list[str]) -> onnx.ModelProto:
+def _trace(
+    graph: nn.Module,
+    arguments: tuple[Tensor, ...],
+    inputs: list[str],
+    outputs: list[str],
+    varying: list[str],
+) -> onnx.ModelProto:
     points = torch.export.Dim("points", min=2)
     with torch.no_grad():
-        proto = to_onnx(graph, arguments, inputs, outputs, [{1: points} if name in varying else None for name in inputs])
+        proto = to_onnx(
+            graph,
+            arguments,
+            inputs,
+            outputs,
+            [{1: points} if name in varying else None for name in inputs],
+        )
     shrink(proto)
     return proto

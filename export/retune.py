@@ -2,8 +2,8 @@
 
     python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75 [--actions factors.csv]
 
-Guidance makes clips of some actions all alike and slow; the factors, a table of `action,factor`, give those a higher temperature of their own, and lively ones
-a lower one.
+Guidance makes clips of some actions all alike and slow; the factors, a table of `action,factor`,
+give those a higher temperature of their own, and lively ones a lower one.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ def retune(
     temperature: float,
     factors: Mapping[str, float] | None = None,
 ) -> None:
-    """Write the flow of `source` as one that was exported with another guidance and temperature (see `export.flow.export_flow`).
+    """Write the flow of `source` as one that was exported with another guidance and temperature
+    (see `export.flow.export_flow`).
 
     Parameters
     ----------
@@ -42,7 +43,8 @@ def retune(
     Raises
     ------
     InputError
-        The file is no window flow, is not guided or has no temperature (1 leaves no trace in a graph), a number is out of range, or an action is unknown.
+        The file is no window flow, is not guided or has no temperature (1 leaves no trace in a
+        graph), a number is out of range, or an action is unknown.
     """
     demand_temperature(temperature)
     proto = onnx.load(os.fspath(source))
@@ -51,7 +53,9 @@ def retune(
     if entry is None or said.get("format") != WINDOW_FORMAT:
         raise InputError(f"{source} is no window flow of a2v")
     if not guidance >= 0 or guidance == 1:
-        raise InputError(f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the graph is another one")
+        raise InputError(
+            f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the graph is another one"
+        )
     own = dict(said.get("temperature_factors", {}) if factors is None else factors)
     if unknown := sorted(set(own) - set(said["actions"])):
         raise InputError(f"{source} has no action '{unknown[0]}'; leave it out of the factors")
@@ -69,18 +73,32 @@ def retune(
     ]  # fmt: skip
     cooled = [(node, side) for node, side in products if node.input[1 - side] == "noise"]
     if not pushed or not cooled:
-        raise InputError(f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it with one")
+        raise InputError(
+            f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it with one"
+        )
     by_action = np.array([temperature * own.get(name, 1.0) for name in said["actions"]], np.float32)
-    values = {"guidance": np.array(guidance, np.float32), "temperature": by_action if own else np.array(temperature, np.float32)}
+    values = {
+        "guidance": np.array(guidance, np.float32),
+        "temperature": by_action if own else np.array(temperature, np.float32),
+    }
     for (name, value), found in zip(values.items(), (pushed, cooled), strict=True):
         _replace(graph, numpy_helper.from_array(value, f"retuned_{name}"), found)
     told = {"guidance": guidance, "temperature": temperature, "temperature_factors": own}
-    entry.value = json.dumps({**said, **told} if own else {name: value for name, value in {**said, **told}.items() if name != "temperature_factors"}, sort_keys=True)
+    entry.value = json.dumps(
+        {**said, **told}
+        if own
+        else {
+            name: value for name, value in {**said, **told}.items() if name != "temperature_factors"
+        },
+        sort_keys=True,
+    )
     with atomic_path(target) as temporary:
         onnx.save(proto, os.fspath(temporary))
 
 
-def _replace(graph: onnx.GraphProto, number: onnx.TensorProto, products: Sequence[tuple[onnx.NodeProto, int]]) -> None:
+def _replace(
+    graph: onnx.GraphProto, number: onnx.TensorProto, products: Sequence[tuple[onnx.NodeProto, int]]
+) -> None:
     """Put a number, or one an action, into products; what is used no more goes."""
     name = number.name
     for node in [node for node in graph.node if node.name.startswith(f"{name}_")]:
@@ -92,8 +110,15 @@ def _replace(graph: onnx.GraphProto, number: onnx.TensorProto, products: Sequenc
     if number.dims:
         given = f"{name}_column"
         graph.initializer.append(numpy_helper.from_array(np.array([1], np.int64), f"{name}_axis"))
-        graph.node.insert(0, helper.make_node("Unsqueeze", [f"{name}_own", f"{name}_axis"], [given], name=f"{name}_unsqueeze"))
-        graph.node.insert(0, helper.make_node("Gather", [name, "actions"], [f"{name}_own"], name=f"{name}_gather"))
+        graph.node.insert(
+            0,
+            helper.make_node(
+                "Unsqueeze", [f"{name}_own", f"{name}_axis"], [given], name=f"{name}_unsqueeze"
+            ),
+        )
+        graph.node.insert(
+            0, helper.make_node("Gather", [name, "actions"], [f"{name}_own"], name=f"{name}_gather")
+        )
     for node, side in products:
         node.input[side] = given
     used = {needed for node in graph.node for needed in node.input}
@@ -117,7 +142,13 @@ def main() -> None:
     parser.add_argument("--actions", help="table of action,factor")
     given = parser.parse_args()
     factors = read_factors(given.actions) if given.actions else None
-    retune(given.source, given.target, guidance=given.guidance, temperature=given.temperature, factors=factors)
+    retune(
+        given.source,
+        given.target,
+        guidance=given.guidance,
+        temperature=given.temperature,
+        factors=factors,
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""How exported models are stored: small files, with a description and without traces of the machine that wrote them."""
+"""How exported models are stored: small files, with a description and without traces of the machine
+that wrote them."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ SMALLEST_BYTES = 16_384
 
 
 def _stored_as_bytes(tensor_name: str, shape: Sequence[int]) -> bool:
-    """Matrices of the network, each row with a scale of its own; the bases move joints directly and keep more digits."""
+    """Matrices of the network, each row with a scale of its own; the bases move joints directly and
+    keep more digits."""
     return "network" in tensor_name and len(shape) == 2 and math.prod(shape) >= SMALLEST_BYTES
 
 
@@ -44,7 +46,8 @@ def round_to_stored(module: nn.Module) -> None:
 
 
 def shrink(proto: onnx.ModelProto) -> None:
-    """Store the network's matrices as bytes with a scale a row and other large tensors as float16; arithmetic stays float32.
+    """Store the network's matrices as bytes with a scale a row and other large tensors as float16;
+    arithmetic stays float32.
 
     Casts and products with scales are constants that onnxruntime folds once when it opens the file.
     """
@@ -55,24 +58,36 @@ def shrink(proto: onnx.ModelProto) -> None:
             continue
         name, values = tensor.name, numpy_helper.to_array(tensor)
         if _stored_as_bytes(name, values.shape):
-            scale = np.maximum(np.abs(values).max(1, keepdims=True), np.float32(1e-12)) / np.float32(127)
-            tensor.CopyFrom(numpy_helper.from_array(np.round(values / scale).astype(np.int8), f"{name}_bytes"))
-            graph.initializer.append(numpy_helper.from_array(scale.astype(np.float32), f"{name}_scale"))
-            unpacking.append(helper.make_node("Cast", [f"{name}_bytes"], [f"{name}_cast"], to=TensorProto.FLOAT))
+            scale = np.maximum(
+                np.abs(values).max(1, keepdims=True), np.float32(1e-12)
+            ) / np.float32(127)
+            tensor.CopyFrom(
+                numpy_helper.from_array(np.round(values / scale).astype(np.int8), f"{name}_bytes")
+            )
+            graph.initializer.append(
+                numpy_helper.from_array(scale.astype(np.float32), f"{name}_scale")
+            )
+            unpacking.append(
+                helper.make_node("Cast", [f"{name}_bytes"], [f"{name}_cast"], to=TensorProto.FLOAT)
+            )
             unpacking.append(helper.make_node("Mul", [f"{name}_cast", f"{name}_scale"], [name]))
         else:
             tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), f"{name}_half"))
-            unpacking.append(helper.make_node("Cast", [f"{name}_half"], [name], to=TensorProto.FLOAT))
+            unpacking.append(
+                helper.make_node("Cast", [f"{name}_half"], [name], to=TensorProto.FLOAT)
+            )
     nodes = [*unpacking, *graph.node]
     del graph.node[:]
     graph.node.extend(nodes)
 
 
-def save_model(proto: onnx.ModelProto, metadata: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
+def save_model(
+    proto: onnx.ModelProto, metadata: Mapping[str, Any], path: str | os.PathLike[str]
+) -> None:
     """Write a graph with its description.
 
-    What the exporter notes about the Python lines behind every node is left out: more bytes than some models' weights,
-    and paths of the machine that trained them.
+    What the exporter notes about the Python lines behind every node is left out: more bytes than
+    some models' weights, and paths of the machine that trained them.
     """
     for node in proto.graph.node:
         del node.metadata_props[:]

@@ -44,8 +44,14 @@ class Answer:
         return "\n".join(map(str, self.files)) if self.text is None else self.text
 
     def as_json(self, command: str) -> str:
-        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes``, the facts, and ``error`` where something is wrong."""
-        known = {"command": command, "exit_code": self.code, "files": self.files, "notes": self.notes}
+        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes``, the facts, and
+        ``error`` where something is wrong."""
+        known = {
+            "command": command,
+            "exit_code": self.code,
+            "files": self.files,
+            "notes": self.notes,
+        }
         known |= {"error": self.error} if self.error else {}
         return json.dumps(plain({**known, **self.facts}), indent=2)
 
@@ -58,7 +64,11 @@ def failure_as_json(command: str, message: str, code: int) -> str:
 def plain(value: Any) -> Any:
     """`value` as JSON: dataclasses and mappings as objects, paths as text."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
+        return {
+            item.name: plain(getattr(value, item.name))
+            for item in dataclasses.fields(value)
+            if item.compare
+        }
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, tuple | list):

@@ -1,4 +1,5 @@
-"""What works on this machine: each check tries the real thing, small, and says what to do where it fails."""
+"""What works on this machine: each check tries the real thing, small, and says what to do where it
+fails."""
 
 from __future__ import annotations
 
@@ -21,18 +22,21 @@ from a2v.formats.gltf import compression
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
-"""``slow``: works, but worse than it could; ``missing``: an optional part is not there; ``fails``: what a video needs does not work."""
+"""``slow``: works, but worse than it could; ``missing``: an optional part is not there; ``fails``:
+what a video needs does not work."""
 
 MEMORY_NEEDED = 4 * 10**9
 DISK_NEEDED = 2 * 10**9
-"""Bytes that a video at the defaults wants free: memory of all processes, and disk for what is remembered."""
+"""Bytes that a video at the defaults wants free: memory of all processes, and disk for what is
+remembered."""
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open", "open")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """What came of a check: `about` says what was seen, `advice` what to do (empty where nothing is)."""
+    """What came of a check: `about` says what was seen, `advice` what to do (empty where nothing
+    is)."""
 
     name: str
     status: Status
@@ -41,10 +45,14 @@ class Check:
 
 
 def run_checks(cache: str | None = None) -> Iterator[Check]:
-    """Every check in turn; one that raises is one that fails. `cache` is the store's folder, as everywhere."""
+    """Every check in turn; one that raises is one that fails. `cache` is the store's folder, as
+    everywhere."""
     needed: dict[str, tuple[Callable[[], Check], str]] = {
         "weights": (check_weights, "install a2v again: its wheel holds them"),
-        "person": (check_person, "install mediapipe 0.10.21 and the libraries that scripts/setup.sh names (libgl1, libegl1)"),
+        "person": (
+            check_person,
+            "install mediapipe 0.10.21 and the libraries that scripts/setup.sh names (libgl1, libegl1)",
+        ),
         "body": (check_body, "pip install anny==0.6.2"),
         "renderer": (check_renderer, "pip install 'mitsuba>=3.9.1,<3.10'"),
         "denoiser": (check_denoiser, "pip install mitsuba-oidn, or render with --denoise false"),
@@ -56,8 +64,15 @@ def run_checks(cache: str | None = None) -> Iterator[Check]:
     for name, (check, advice) in needed.items():
         try:
             yield check()
-        except (Exception, SystemExit) as error:  # whatever a library raises where a part of it is missing
-            told = str(error) if isinstance(error, A2VError) else f"{type(error).__name__}: {shorten(error)}"
+        except (
+            Exception,
+            SystemExit,
+        ) as error:  # whatever a library raises where a part of it is missing
+            told = (
+                str(error)
+                if isinstance(error, A2VError)
+                else f"{type(error).__name__}: {shorten(error)}"
+            )
             yield Check(name=name, status="fails", about=told, advice=advice)
     yield check_browser()
     yield from check_extras()
@@ -73,7 +88,11 @@ def check_weights() -> Check:
     for file in BUNDLED.values():
         read_card(WEIGHTS / file)
     ImplicitModel.load(None)
-    return Check(name="weights", status="works", about=f"{len(BUNDLED)} motion models and the person's networks in {WEIGHTS}")
+    return Check(
+        name="weights",
+        status="works",
+        about=f"{len(BUNDLED)} motion models and the person's networks in {WEIGHTS}",
+    )
 
 
 def check_person() -> Check:
@@ -87,7 +106,12 @@ def check_person() -> Check:
     with Image.open(sample) as picture, Detector() as detector:
         found = detector.one(np.asarray(picture.convert("RGB").resize((256, 256))))
     if found is None:
-        return Check(name="person", status="fails", about=f"nobody was found on {sample}", advice="pip install mediapipe==0.10.21")
+        return Check(
+            name="person",
+            status="fails",
+            about=f"nobody was found on {sample}",
+            advice="pip install mediapipe==0.10.21",
+        )
     return Check(name="person", status="works", about=f"found on the sample photo, {sample}")
 
 
@@ -103,7 +127,11 @@ def check_body() -> Check:
         return Check(name="body", status="works", about=f"Anny {version('anny')}, compiled")
     if importlib.util.find_spec("anny") is None:
         raise A2VError("the package anny is not installed")
-    return Check(name="body", status="works", about=f"Anny {version('anny')}; the first run compiles it (half a minute, once)")
+    return Check(
+        name="body",
+        status="works",
+        about=f"Anny {version('anny')}; the first run compiles it (half a minute, once)",
+    )
 
 
 def check_renderer() -> Check:
@@ -114,9 +142,16 @@ def check_renderer() -> Check:
     version = activate(variant).__version__
     if variant == LLVM_VARIANT:
         return Check(
-            name="renderer", status="works", about=f"Mitsuba {version} with LLVM {os.environ.get('DRJIT_LIBLLVM_PATH', '')}".rstrip()
+            name="renderer",
+            status="works",
+            about=f"Mitsuba {version} with LLVM {os.environ.get('DRJIT_LIBLLVM_PATH', '')}".rstrip(),
         )
-    return Check(name="renderer", status="slow", about=f"Mitsuba {version} without LLVM ({variant})", advice=advice or "")
+    return Check(
+        name="renderer",
+        status="slow",
+        about=f"Mitsuba {version} without LLVM ({variant})",
+        advice=advice or "",
+    )
 
 
 def check_denoiser() -> Check:
@@ -125,7 +160,9 @@ def check_denoiser() -> Check:
 
     noisy = np.random.default_rng(0).random((32, 32, 3), np.float32)
     flat = np.full_like(noisy, 0.5)
-    clean = denoise(Layers(color=noisy, albedo=flat, normal=flat, alpha=np.ones((32, 32), np.float32)))
+    clean = denoise(
+        Layers(color=noisy, albedo=flat, normal=flat, alpha=np.ones((32, 32), np.float32))
+    )
     if not clean.std() < noisy.std():
         raise A2VError("Open Image Denoise left the noise as it was")
     return Check(name="denoiser", status="works", about="Open Image Denoise")
@@ -152,7 +189,12 @@ def check_memory() -> Check:
     free = psutil.virtual_memory().available
     about = f"{free / 1e9:.1f} GB free of {psutil.virtual_memory().total / 1e9:.1f}, {cpu_count()} cores"
     if free < MEMORY_NEEDED:
-        return Check(name="memory", status="slow", about=about, advice="close other programs, or use fewer --workers")
+        return Check(
+            name="memory",
+            status="slow",
+            about=about,
+            advice="close other programs, or use fewer --workers",
+        )
     return Check(name="memory", status="works", about=about)
 
 
@@ -168,7 +210,12 @@ def check_store(cache: str | None = None) -> Check:
     free = shutil.disk_usage(store.folder).free
     about = f"{store.address}, {free / 1e9:.1f} GB free"
     if free < DISK_NEEDED:
-        return Check(name="store", status="slow", about=about, advice="free some space (a2v cache --trim 1GB), or choose another --cache")
+        return Check(
+            name="store",
+            status="slow",
+            about=about,
+            advice="free some space (a2v cache --trim 1GB), or choose another --cache",
+        )
     return Check(name="store", status="works", about=about)
 
 
@@ -176,7 +223,12 @@ def check_browser() -> Check:
     """Something opens preview.html."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if found is None and sys.platform.startswith("linux"):
-        return Check(name="browser", status="missing", about="none for preview.html", advice="open it on another machine, or install one")
+        return Check(
+            name="browser",
+            status="missing",
+            about="none for preview.html",
+            advice="open it on another machine, or install one",
+        )
     return Check(name="browser", status="works", about=found or "the system's")
 
 
@@ -199,11 +251,28 @@ def check_extras() -> Iterator[Check]:
     for extra, (module, about) in EXTRAS.items():
         there = fbx.can_write() if extra == "fbx" else importlib.util.find_spec(module) is not None
         node = "Node 18 (or pip install 'a2v[fbx]'), then: "
-        advice = f"{node}{fbx.PACKAGES.install_command}" if extra == "fbx" else f"pip install 'a2v[{extra}]'"
-        yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else advice)
+        advice = (
+            f"{node}{fbx.PACKAGES.install_command}"
+            if extra == "fbx"
+            else f"pip install 'a2v[{extra}]'"
+        )
+        yield Check(
+            name=extra,
+            status="works" if there else "missing",
+            about=about,
+            advice="" if there else advice,
+        )
     about, there = "--compress: smaller .glb", compression.PACKAGES.installed
     yield Check(
-        name="compress", status="works" if there else "missing", about=about, advice="" if there else compression.PACKAGES.install_command
+        name="compress",
+        status="works" if there else "missing",
+        about=about,
+        advice="" if there else compression.PACKAGES.install_command,
     )
     about, there = "a2v motion --page: motions made in the browser", page.PACKAGES.installed
-    yield Check(name="page", status="works" if there else "missing", about=about, advice="" if there else page.PACKAGES.install_command)
+    yield Check(
+        name="page",
+        status="works" if there else "missing",
+        about=about,
+        advice="" if there else page.PACKAGES.install_command,
+    )

@@ -1,13 +1,17 @@
-"""The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
+"""The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and
+an exit code.
 
-A command is a module of `pipelines.commands` or `pipelines.lab` with ``HELP`` (one line), ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`)
-and ``run(options) -> Answer``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
-is the module ``evaluate_reconstruction``; a command that only has such parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
+A command is a module of `pipelines.commands` or `pipelines.lab` with ``HELP`` (one line),
+``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`) and ``run(options) ->
+Answer``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v
+evaluate reconstruction`` is the module ``evaluate_reconstruction``; a command that only has such
+parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
 
-With ``--json`` standard output is one JSON object, of a failure too (`pipelines.answer`); what people read stays on standard error.
+With ``--json`` standard output is one JSON object, of a failure too (`pipelines.answer`); what
+people read stays on standard error.
 
-Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is missing here that the user can add; 130 Ctrl-C;
-141 nobody reads the output any more; 143 terminated.
+Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is missing
+here that the user can add; 130 Ctrl-C; 141 nobody reads the output any more; 143 terminated.
 """
 
 from __future__ import annotations
@@ -57,7 +61,8 @@ COMMANDS = {
 }
 """Commands by name, and what they do; one is there when its module is."""
 ROOMS = (f"{__package__}.commands", f"{__package__}.lab")
-"""Packages in which the modules of commands are: those of the product and those of the laboratory."""
+"""Packages in which the modules of commands are: those of the product and those of the
+laboratory."""
 
 
 JSON = "--json"
@@ -69,9 +74,13 @@ TERMINATED = 143
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    as_json = JSON in arguments and not {"-h", "--help", "--help-all", "--help-lab"} & set(arguments)
+    as_json = JSON in arguments and not {"-h", "--help", "--help-all", "--help-lab"} & set(
+        arguments
+    )
     arguments = [argument for argument in arguments if argument != JSON]
-    if not sys.warnoptions and argv is None:  # libraries' warnings are for developers: python -W default shows them
+    if (
+        not sys.warnoptions and argv is None
+    ):  # libraries' warnings are for developers: python -W default shows them
         warnings.simplefilter("ignore")
         os.environ.setdefault("PYTHONWARNINGS", "ignore")  # in worker processes too
     before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
@@ -85,7 +94,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 141
     except SystemExit as end:
         if as_json and end.code == TERMINATED:
-            print(_failure(arguments, "terminated; what was finished is remembered, the same command goes on from there", TERMINATED))
+            print(
+                _failure(
+                    arguments,
+                    "terminated; what was finished is remembered, the same command goes on from there",
+                    TERMINATED,
+                )
+            )
         raise
     except (Exception, KeyboardInterrupt) as error:
         if told := _sentence(error):
@@ -100,7 +115,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _only_json(*, whole: bool) -> Iterator[None]:
-    """Send what is printed in the block to standard error; of the `whole` program also what libraries and children print."""
+    """Send what is printed in the block to standard error; of the `whole` program also what
+    libraries and children print."""
     if not whole:
         with contextlib.redirect_stdout(sys.stderr):
             yield
@@ -125,30 +141,45 @@ def _say(answer: Answer, arguments: Sequence[str], as_json: bool) -> None:
 
 
 def _sentence(error: BaseException) -> tuple[str, int] | None:
-    """What is said of an error that its user can do something about, and the exit code; None for a defect."""
+    """What is said of an error that its user can do something about, and the exit code; None for a
+    defect."""
     if isinstance(error, A2VError):
         return str(error), 2
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted; what was finished is remembered, the same command goes on from there", 130
+        return (
+            "interrupted; what was finished is remembered, the same command goes on from there",
+            130,
+        )
     if not isinstance(error, OSError):
         return None
     place = f" ({shorten(str(error.filename))})" if error.filename else ""
     if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
-        return f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR", 2
+        return (
+            f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR",
+            2,
+        )
     return (f"{error.strerror}{place}; give another name or folder", 2) if error.filename else None
 
 
 def _run_as_program(arguments: list[str]) -> Answer:
-    """Run in a process of our own: nothing in the working folder is executed, here or in children, and caches stay with ours."""
+    """Run in a process of our own: nothing in the working folder is executed, here or in children,
+    and caches stay with ours."""
     sys.path[:] = import_folders()
-    for stream in (sys.stdout, sys.stderr):  # what a terminal's encoding has not is written as an escape
+    for stream in (
+        sys.stdout,
+        sys.stderr,
+    ):  # what a terminal's encoding has not is written as an escape
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
         Path.cwd()
     except OSError as error:  # libraries would end the process
-        raise InputError(f"the working folder cannot be used ({error.strerror}); change to one that exists") from None
-    if Path(".numba_config.yaml").exists():  # it may name the folder of a cache, and Numba unpickles what is there
+        raise InputError(
+            f"the working folder cannot be used ({error.strerror}); change to one that exists"
+        ) from None
+    if Path(
+        ".numba_config.yaml"
+    ).exists():  # it may name the folder of a cache, and Numba unpickles what is there
         raise InputError(
             "the working folder holds a .numba_config.yaml, by which Numba could run code from there; remove it or start in another folder"
         )
@@ -159,7 +190,8 @@ def _run_as_program(arguments: list[str]) -> Answer:
 
 
 class _Printable(io.TextIOBase):
-    """Standard output without what steers a terminal: names of actions, joints and files come from outside."""
+    """Standard output without what steers a terminal: names of actions, joints and files come from
+    outside."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -208,7 +240,9 @@ def _failure(arguments: Sequence[str], sentence: str, code: int) -> str:
 
 def _command_name(arguments: Sequence[str]) -> str:
     """What was asked for: "video", "train flow"; empty where it is no command."""
-    return _own_command(arguments[0], arguments[1:]) if arguments and arguments[0] in COMMANDS else ""
+    return (
+        _own_command(arguments[0], arguments[1:]) if arguments and arguments[0] in COMMANDS else ""
+    )
 
 
 def available() -> dict[str, str]:
@@ -224,8 +258,14 @@ def module_of(command: str) -> str:
 
 def every_command() -> tuple[str, ...]:
     """All commands, those with a second word too: "train flow", "video"."""
-    stems = (one.name for room in ROOMS for one in pkgutil.iter_modules(importlib.import_module(room).__path__))
-    return tuple(sorted(stem.replace("_", " ") for stem in stems if stem.partition("_")[0] in COMMANDS))
+    stems = (
+        one.name
+        for room in ROOMS
+        for one in pkgutil.iter_modules(importlib.import_module(room).__path__)
+    )
+    return tuple(
+        sorted(stem.replace("_", " ") for stem in stems if stem.partition("_")[0] in COMMANDS)
+    )
 
 
 def load_command(command: str) -> ModuleType:
@@ -238,7 +278,11 @@ def _run(arguments: list[str]) -> Answer:
 
     commands = available()
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        return Answer(text=_overview(commands), code=0 if arguments else 2, error="" if arguments else "no command; a2v --help lists them")
+        return Answer(
+            text=_overview(commands),
+            code=0 if arguments else 2,
+            error="" if arguments else "no command; a2v --help lists them",
+        )
     if arguments[0] in ("-V", "--version"):
         from a2v import __version__
 
@@ -253,12 +297,15 @@ def _run(arguments: list[str]) -> Answer:
         return _choose_subcommand(own, command, rest)
     from pipelines.options import parse
 
-    answer: Answer = command.run(parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES))
+    answer: Answer = command.run(
+        parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES)
+    )
     return answer
 
 
 def _own_command(name: str, arguments: Sequence[str]) -> str:
-    """The command, or "command what" where what is asked for has options of its own (the module ``command_what``)."""
+    """The command, or "command what" where what is asked for has options of its own (the module
+    ``command_what``)."""
     what = arguments[0] if arguments else ""
     if what.isidentifier() and module_of(f"{name} {what}"):
         return f"{name} {what}"
@@ -276,7 +323,9 @@ def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str])
     if arguments:
         print(text)
         raise SystemExit(0)  # as every command's help ends
-    return Answer(text=text, code=2, error=f"a2v {name} what? choose from {', '.join(command.SUBCOMMANDS)}")
+    return Answer(
+        text=text, code=2, error=f"a2v {name} what? choose from {', '.join(command.SUBCOMMANDS)}"
+    )
 
 
 def _unknown(what: str, name: str, known: Collection[str]) -> InputError:

@@ -1,4 +1,5 @@
-"""Options of what game engines want beside a character's file: coarser copies and compression, and the files that they make."""
+"""Options of what game engines want beside a character's file: coarser copies and compression, and
+the files that they make."""
 
 from __future__ import annotations
 
@@ -25,9 +26,14 @@ Write = Callable[[Path, Character, int], None]
 class EngineOptions:
     """Copies for other distances, and smaller files."""
 
-    lods: str = option("further .glb files beside it of so many triangles each, with commas (NAME_lod1.glb...)", default="")
+    lods: str = option(
+        "further .glb files beside it of so many triangles each, with commas (NAME_lod1.glb...)",
+        default="",
+    )
     compress: str = option(
-        "smaller .glb by npm's glTF Transform: meshopt, or draco (the shape alone)", default="none", choices=("none", "meshopt", "draco")
+        "smaller .glb by npm's glTF Transform: meshopt, or draco (the shape alone)",
+        default="none",
+        choices=("none", "meshopt", "draco"),
     )
 
     @property
@@ -63,7 +69,9 @@ class EngineOptions:
         """
         parts = [part.strip() for part in self.lods.split(",") if part.strip()]
         if bad := [part for part in parts if not part.isdigit()]:
-            raise InputError(f"--lods has '{bad[0]}'; expected numbers of triangles with commas, such as 15000,8000")
+            raise InputError(
+                f"--lods has '{bad[0]}'; expected numbers of triangles with commas, such as 15000,8000"
+            )
         return [EngineSettings(triangles=int(part)).triangles for part in parts]
 
     def write(self, path: Path, character: Character, write: Write) -> list[Path]:

@@ -9,9 +9,11 @@ _SECTION = "Attributes"
 
 
 def field_docs(kind: type) -> dict[str, str]:
-    """One line of text per field, out of the section ``Attributes`` of the class and of the classes that it extends.
+    """One line of text per field, out of the section ``Attributes`` of the class and of the classes
+    that it extends.
 
-    An entry is ``name : type`` with its text indented below it (numpydoc). Backquotes and the full stop at the end are left out.
+    An entry is ``name : type`` with its text indented below it (numpydoc). Backquotes and the full
+    stop at the end are left out.
     """
     found: dict[str, str] = {}
     for one in reversed(kind.__mro__):
@@ -21,7 +23,9 @@ def field_docs(kind: type) -> dict[str, str]:
 
 def summary(kind: type) -> str:
     """The first paragraph of a class's docstring as one line without its full stop."""
-    return " ".join(inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[0].split()).removesuffix(".")
+    return " ".join(inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[0].split()).removesuffix(
+        "."
+    )
 
 
 def _entries(text: str) -> Iterator[tuple[str, str]]:

@@ -1,7 +1,9 @@
-"""a2v in Python: a person out of a photo, motions, and videos of them. ``import a2v`` offers what is here, and imports it when it is used.
+"""a2v in Python: a person out of a photo, motions, and videos of them. ``import a2v`` offers what
+is here, and imports it when it is used.
 
-This module stands above all layers: it is the one that both the library's name and the commands lead to. Requests, defaults, store and results are
-those of the commands (`pipelines.requests`, `pipelines.commands`).
+This module stands above all layers: it is the one that both the library's name and the commands
+lead to. Requests, defaults, store and results are those of the commands (`pipelines.requests`,
+`pipelines.commands`).
 """
 
 from __future__ import annotations
@@ -41,10 +43,17 @@ class _Running(RunOptions):
     listener: Listener | None = None
 
     @classmethod
-    def of(cls, progress: bool | Listener, cache: Where | None = None, workers: int | None = None) -> _Running:
+    def of(
+        cls, progress: bool | Listener, cache: Where | None = None, workers: int | None = None
+    ) -> _Running:
         """Bars for True, silence for False, else whoever listens."""
         listener = None if isinstance(progress, bool) else progress
-        return cls(quiet=progress is not True, listener=listener, cache=None if cache is None else os.fspath(cache), workers=workers)
+        return cls(
+            quiet=progress is not True,
+            listener=listener,
+            cache=None if cache is None else os.fspath(cache),
+            workers=workers,
+        )
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:
@@ -75,7 +84,8 @@ class MotionClip:
     understood: tuple[str, ...] = ()
 
     def save(self, path: Where) -> Path:
-        """Write it as ``a2v motion --out`` does: ``.npz``, ``.bvh``, or stick figures as ``.mp4``, ``.gif``, ``.png``.
+        """Write it as ``a2v motion --out`` does: ``.npz``, ``.bvh``, or stick figures as ``.mp4``,
+        ``.gif``, ``.png``.
 
         Raises
         ------
@@ -95,7 +105,8 @@ class Person:
     request : PersonRequest
         What was asked for.
     character : Character
-        The surface with its body and its binding, as frames show it; files for other tools have fewer triangles (``triangles=0``: all).
+        The surface with its body and its binding, as frames show it; files for other tools have
+        fewer triangles (``triangles=0``: all).
     notes : tuple of str
         What was told of how it went: doubts about the photo, for instance.
     running : RunOptions
@@ -118,7 +129,8 @@ class Person:
         licence_url: str = "",
         **others: str,
     ) -> Path:
-        """Write the character with clips by name, as ``a2v character --out`` does (``a2v reconstruct`` without clips).
+        """Write the character with clips by name, as ``a2v character --out`` does (``a2v
+        reconstruct`` without clips).
 
         Parameters
         ----------
@@ -127,26 +139,38 @@ class Person:
         motions : mapping of MotionClip
             By the names that the clips get in the file.
         rig, root_motion, author, licence_url, others : the options of ``a2v character``
-            Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and ``compress="meshopt"``; triangles and texture are `make_character`'s.
+            Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and
+            ``compress="meshopt"``; triangles and texture are `make_character`'s.
 
         Raises
         ------
         InputError
-            No format has such a name, something is asked for that it cannot hold, or the file cannot be written.
+            No format has such a name, something is asked for that it cannot hold, or the file
+            cannot be written.
         """
         target = Path(path)
-        rigging = RigOptions(rig=rig, root_motion=root_motion, visemes=others.pop("visemes", RigOptions.visemes))
+        rigging = RigOptions(
+            rig=rig, root_motion=root_motion, visemes=others.pop("visemes", RigOptions.visemes)
+        )
         edition = others.pop("vrm", EDITIONS[0])
         engine = EngineOptions(**others)
         engine.check(target)
-        avatar = character_command.avatar_of(target, rigging, author=author, licence_url=licence_url, edition=edition)
+        avatar = character_command.avatar_of(
+            target, rigging, author=author, licence_url=licence_url, edition=edition
+        )
         asked = {name: clip.request for name, clip in (motions or {}).items()}
         if asked:
-            animated = character_command.animate(self.request, asked, self.running, deform=None, folder=target.parent)
+            animated = character_command.animate(
+                self.request, asked, self.running, deform=None, folder=target.parent
+            )
         else:
             check_writable(target.parent)
-            outcome = self.running.run("engine_character", self.request.resolve(Store(self.running.cache)))
-            animated = character_command.Animated(character=outcome.get("engine_character", Character))
+            outcome = self.running.run(
+                "engine_character", self.request.resolve(Store(self.running.cache))
+            )
+            animated = character_command.Animated(
+                character=outcome.get("engine_character", Character)
+            )
         return character_command.write_animated(target, animated, rigging, engine, avatar)[0]
 
 
@@ -166,8 +190,8 @@ def make_character(
     photo : path
         The person, seen whole.
     photos : sequence of paths
-        Instead: two to eight photos of the same person in the same clothes, from several sides. The character is made in the first one's pose;
-        the order of the others means nothing.
+        Instead: two to eight photos of the same person in the same clothes, from several sides. The
+        character is made in the first one's pose; the order of the others means nothing.
     progress : bool or function of an `Update`
         True draws bars on standard error; a function hears how far the stages are.
     cache : path or None
@@ -186,15 +210,31 @@ def make_character(
     if not given:
         raise InputError("no photo given; name one, or several of the same person as photos=")
     if named := [path for path in given[1:] if "," in path]:
-        raise InputError(f"the name {named[0]} has a comma, which stands between further photos; rename it")
+        raise InputError(
+            f"the name {named[0]} has a comma, which stands between further photos; rename it"
+        )
     if given[1:]:
         values["more"] = ",".join(given[1:])
-    request, running = PersonRequest.of(photo=given[0], **values), _Running.of(progress, cache, workers)
+    request, running = (
+        PersonRequest.of(photo=given[0], **values),
+        _Running.of(progress, cache, workers),
+    )
     outcome = running.run("character", request.resolve(Store(running.cache)))
-    return Person(request=request, character=outcome.get("character", Character), notes=outcome.notes, running=running)
+    return Person(
+        request=request,
+        character=outcome.get("character", Character),
+        notes=outcome.notes,
+        running=running,
+    )
 
 
-def make_motion(action: str = "", *, progress: bool | Listener = False, cache: Where | None = None, **values: object) -> MotionClip:
+def make_motion(
+    action: str = "",
+    *,
+    progress: bool | Listener = False,
+    cache: Where | None = None,
+    **values: object,
+) -> MotionClip:
     """Make a motion of what is done, in words, or read one from a file.
 
     Parameters
@@ -203,28 +243,44 @@ def make_motion(action: str = "", *, progress: bool | Listener = False, cache: W
         "walk slowly, then wave"; an action's name, or words.
     progress, cache : see `make_character`
     values : the options of ``a2v video`` that are a motion's, by their names with underscores
-        ``seconds=6``, ``seed=4``, ``path="0,0 0,3"``, ``loop=True``; ``motion="dance.bvh"`` for a recorded one.
+        ``seconds=6``, ``seed=4``, ``path="0,0 0,3"``, ``loop=True``; ``motion="dance.bvh"`` for a
+        recorded one.
 
     Raises
     ------
     InputError
-        An unknown name, words that mean no action (the nearest are named), or a value or a file that cannot be used.
+        An unknown name, words that mean no action (the nearest are named), or a value or a file
+        that cannot be used.
     """
     request, running = MotionRequest.of(action=action, **values), _Running.of(progress, cache)
     moving = request.resolve()
-    resolved = Resolved(parameters=moving.parameters, recorded=request.motion is not None, understood=moving.understood)
+    resolved = Resolved(
+        parameters=moving.parameters,
+        recorded=request.motion is not None,
+        understood=moving.understood,
+    )
     outcome = running.run("motion", resolved.parameters, graph=resolved.graph)
-    return MotionClip(request=request, motion=made_motion(outcome, request.edit), understood=resolved.understood)
+    return MotionClip(
+        request=request, motion=made_motion(outcome, request.edit), understood=resolved.understood
+    )
 
 
-def make_video(person: Person, motion: MotionClip, path: Where, *, progress: bool | Listener = False, **values: object) -> Path:
+def make_video(
+    person: Person,
+    motion: MotionClip,
+    path: Where,
+    *,
+    progress: bool | Listener = False,
+    **values: object,
+) -> Path:
     """Make the video of a person in motion; gives its path.
 
     Parameters
     ----------
     person, motion : what `make_character` and `make_motion` gave
     path : path
-        An ``.mp4``: the views side by side. Without a suffix a folder, which gets everything that ``a2v video --out`` writes.
+        An ``.mp4``: the views side by side. Without a suffix a folder, which gets everything that
+        ``a2v video --out`` writes.
     progress : see `make_character`
     values : the options of ``a2v video`` that are the film's, by their names with underscores
         ``views=("front", "turntable")``, ``size=720``, ``look="night"``, ``background="#30506f"``.
@@ -237,13 +293,25 @@ def make_video(person: Person, motion: MotionClip, path: Where, *, progress: boo
     film, target = FilmRequest.of(**values), Path(path)
     running = _Running.of(progress, person.running.cache, person.running.workers)
     if not target.suffix:
-        options = video_command.Options(person=person.request, out=str(target), motion=motion.request, film=film, running=running)
+        options = video_command.Options(
+            person=person.request,
+            out=str(target),
+            motion=motion.request,
+            film=film,
+            running=running,
+        )
         return video_command.make(options, tell=lambda line: None).files[0]
     if target.suffix.lower() != ".mp4":
-        raise InputError(f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every file of a video")
+        raise InputError(
+            f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every file of a video"
+        )
     if film.in_photo:
-        raise InputError("the photo's own place is a video beside the others; give a folder instead of an .mp4")
-    resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(Store(running.cache))
+        raise InputError(
+            "the photo's own place is a video beside the others; give a folder instead of an .mp4"
+        )
+    resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(
+        Store(running.cache)
+    )
     check_writable(target.parent)
     outcome = running.run("video", resolved.parameters, graph=resolved.graph)
     return write_blob(outcome, outcome.values["video"], target)

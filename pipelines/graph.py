@@ -9,7 +9,8 @@ from pipelines.engine.graph import Step
 
 
 def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step, ...]:
-    """The steps from a photo (or several of one person) and an action (or a recorded motion) to the video and the exports."""
+    """The steps from a photo (or several of one person) and an action (or a recorded motion) to the
+    video and the exports."""
     from pipelines.nodes import animation, export, motion, place, rendering, subject
 
     return (
@@ -23,7 +24,12 @@ def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step,
         Step(animation.vertices, "vertices", "pose[t] -> vertices[t]"),
         Step(rendering.frame_settings, "frame_settings"),
         Step(rendering.camera, "camera", "... -> camera[t, c]"),
-        Step(rendering.frame, "frame", "vertices[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
+        Step(
+            rendering.frame,
+            "frame",
+            "vertices[t], camera[t, c] -> frame[t, c]",
+            together=_views_of_a_pose,
+        ),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
         Step(place.place, "place"),
@@ -61,7 +67,9 @@ def _of_several_photos() -> tuple[Step, ...]:
         Step(photos.each_subject, "each_subject", "... -> each_subject[v]"),
         Step(photos.each_fit, "each_fit", "each_subject[v] -> each_fit[v]"),
         Step(photos.joint_fit, "joint_fit", "... -> joint_fit[v]"),
-        Step(photos.each_surface, "each_surface", "each_subject[v], joint_fit[v] -> each_surface[v]"),
+        Step(
+            photos.each_surface, "each_surface", "each_subject[v], joint_fit[v] -> each_surface[v]"
+        ),
         Step(photos.surface_fit, "surface_fit", "... -> surface_fit[v]"),
         Step(photos.first_photo, ("photo_body", "photo_camera", "surface", "body")),
         Step(photos.person_of_photos, "surface_with_face"),
@@ -71,5 +79,6 @@ def _of_several_photos() -> tuple[Step, ...]:
 
 
 def _views_of_a_pose(inputs: Mapping[str, Any]) -> int:
-    """The number of views, so that all views of one pose go to one worker, which moves the person once for them."""
+    """The number of views, so that all views of one pose go to one worker, which moves the person
+    once for them."""
     return max(1, len(getattr(inputs.get("render"), "views", ())))

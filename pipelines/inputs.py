@@ -75,10 +75,21 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
 class RunOptions:
     """Where and how a graph runs."""
 
-    executor: ExecutorName = option("where frames are computed", default="local", choices=EXECUTORS, rare=True)
+    executor: ExecutorName = option(
+        "where frames are computed", default="local", choices=EXECUTORS, rare=True
+    )
     workers: int | None = option("processes; one a core by default", default=None)
-    address: str | None = option("of a Dask scheduler or a Ray cluster; without it one is started here", default=None, rare=True)
-    cache: str | None = option("folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER", rare=True)
+    address: str | None = option(
+        "of a Dask scheduler or a Ray cluster; without it one is started here",
+        default=None,
+        rare=True,
+    )
+    cache: str | None = option(
+        "folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)",
+        default=None,
+        metavar="FOLDER",
+        rare=True,
+    )
     quiet: bool = flag("no progress bars")
 
     def run(

@@ -22,7 +22,9 @@ from pipelines.requests.motion import FOLLOW_USERS, PlanOptions, length_of
 class FilmedOptions:
     """A video that gives the motion."""
 
-    from_video: str | None = option(f"follow the person in a video ({', '.join(SUFFIXES[:5])}...)", default=None, metavar="FILE")
+    from_video: str | None = option(
+        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...)", default=None, metavar="FILE"
+    )
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
 
@@ -35,8 +37,11 @@ class Made:
     facts: Mapping[str, object] = field(default_factory=dict)
 
 
-def follow_video(filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]) -> Made:
-    """The motion of a video in the tempo of `edit`, all of it where no length is asked for. `others`: options that are given and not of a video.
+def follow_video(
+    filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]
+) -> Made:
+    """The motion of a video in the tempo of `edit`, all of it where no length is asked for.
+    `others`: options that are given and not of a video.
 
     Raises
     ------
@@ -44,15 +49,32 @@ def follow_video(filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: 
         Options that a video cannot take, or what `a2v.footage.follow.follow_person` refuses.
     """
     assert filmed.from_video is not None
-    others = [*others, *(name for name in ("timeline", "seed") if getattr(plan, name) != getattr(PlanOptions, name))]
+    others = [
+        *others,
+        *(
+            name
+            for name in ("timeline", "seed")
+            if getattr(plan, name) != getattr(PlanOptions, name)
+        ),
+    ]
     if others:
-        raise InputError(f"{others[0]} cannot be given with from_video; the person in the video does what they do")
+        raise InputError(
+            f"{others[0]} cannot be given with from_video; the person in the video does what they do"
+        )
     if not is_video(filmed.from_video):
-        raise InputError(f"{filmed.from_video} has not the name of a video; expected one that ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+        raise InputError(
+            f"{filmed.from_video} has not the name of a video; expected one that ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+        )
     frames = round(LONGEST * plan.fps)
     if plan.frames is not None or plan.seconds is not None:
         frames = length_of(frames=plan.frames, seconds=plan.seconds, fps=plan.fps)
-    asked = {"motion_file": File.of(filmed.from_video), "action": plan.action, "frames": frames, "fps": plan.fps, "follow": filmed.follow}
+    asked = {
+        "motion_file": File.of(filmed.from_video),
+        "action": plan.action,
+        "frames": frames,
+        "fps": plan.fps,
+        "follow": filmed.follow,
+    }
     tempo = dataclasses.replace(Edit(), speed=edit.speed)
     outcome = running.run("motion", {**asked, "edit": tempo}, graph=video_graph(recorded=True))
     return Made(outcome.get("motion", Motion), outcome.notes)

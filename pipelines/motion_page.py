@@ -17,18 +17,24 @@ class PageOptions:
     """A page that makes motions."""
 
     page: str | None = option(
-        "instead of --out: a page (.html) that holds the model and makes motions in the browser", default=None, metavar="FILE"
+        "instead of --out: a page (.html) that holds the model and makes motions in the browser",
+        default=None,
+        metavar="FILE",
     )
-    character: str | None = option("with --page: a character (.glb) who plays them", default=None, metavar="FILE")
+    character: str | None = option(
+        "with --page: a character (.glb) who plays them", default=None, metavar="FILE"
+    )
 
 
 def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> Answer:
-    """Write the page; it begins with the plan's action, seed and length. `others`: options that are given and not a page's.
+    """Write the page; it begins with the plan's action, seed and length. `others`: options that are
+    given and not a page's.
 
     Raises
     ------
     InputError
-        Options that a page cannot take, several actions, or what `a2v.motion.page.write_motion_page` refuses.
+        Options that a page cannot take, several actions, or what
+        `a2v.motion.page.write_motion_page` refuses.
     """
     from a2v.motion.page import write_motion_page
     from a2v.motion.prompts import Vocabulary, parse_prompt
@@ -39,7 +45,9 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
         raise InputError(f"cannot write {path}; --page writes .html")
     others = others + [name for name in ("timeline", "frames") if getattr(plan, name) is not None]
     if others:
-        raise InputError(f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and character")
+        raise InputError(
+            f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and character"
+        )
     model = open_model(plan.model)
     steps = parse_prompt(plan.action, Vocabulary.of(model.card))[0] if plan.action else []
     if len(steps) > 1:

@@ -1,7 +1,9 @@
-"""Options of commands as dataclasses: one field, one option, by the same name on the command line, in YAML and in Python.
+"""Options of commands as dataclasses: one field, one option, by the same name on the command line,
+in YAML and in Python.
 
-A command's ``Options`` is a frozen, keyword-only dataclass of `option`, `flag`, `group` and `settings` fields; `parse` makes one of the command
-line. Names have hyphens for users; underscores are the same.
+A command's ``Options`` is a frozen, keyword-only dataclass of `option`, `flag`, `group` and
+`settings` fields; `parse` makes one of the command line. Names have hyphens for users; underscores
+are the same.
 """
 
 from __future__ import annotations
@@ -39,10 +41,13 @@ def _settings_text(path: _paths.Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML") from None
+        raise InputError(
+            f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML"
+        ) from None
 
 
-# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys; every file and text that it reads passes here
+# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys; every file
+# and text that it reads passes here
 _paths.Path.read_text = _settings_text  # type: ignore[method-assign, assignment]
 _loaders_dumpers.yaml_default_loader = PlainLoader  # type: ignore[assignment]
 
@@ -62,31 +67,52 @@ def option(
 
     Parameters
     ----------
-    names : what users call it, if not the field's name; without hyphens before it, a positional argument
+    names : what users call it, if not the field's name; without hyphens before it, a positional
+    argument
     metavar : what its value is called
     many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
     more : field of text that gets what is given after the first time, with commas
     rare : shown by ``--help-all`` only
     """
-    facts = {"help": help, "names": tuple(names), "metavar": metavar, "choices": choices, "many": many, "more": more, "rare": rare}
+    facts = {
+        "help": help,
+        "names": tuple(names),
+        "metavar": metavar,
+        "choices": choices,
+        "many": many,
+        "more": more,
+        "rare": rare,
+    }
     return dataclasses.field(default=default, metadata={"option": facts})
 
 
 def flag(help: str, *, rare: bool = False) -> Any:
     """A field that is True where the option is given."""
-    facts = {"help": help, "names": (), "metavar": None, "choices": None, "many": "flag", "more": "", "rare": rare}
+    facts = {
+        "help": help,
+        "names": (),
+        "metavar": None,
+        "choices": None,
+        "many": "flag",
+        "more": "",
+        "rare": rare,
+    }
     return dataclasses.field(default=False, metadata={"option": facts})
 
 
 def group(kind: type[T], title: str = "") -> T:
-    """A field that holds a dataclass whose fields are options of their own, such as those that several commands share; below `title` in the help."""
-    return dataclasses.field(default_factory=lambda: kind(), metadata={"group": True, "title": title})
+    """A field that holds a dataclass whose fields are options of their own, such as those that
+    several commands share; below `title` in the help."""
+    return dataclasses.field(
+        default_factory=lambda: kind(), metadata={"group": True, "title": title}
+    )
 
 
 def settings(kind: type[T], users: Sequence[str] | None = None) -> T:
     """A field that holds the library's settings: options ``--field.name``, shown by ``--help-all``.
 
-    With `users` only those of these names are: the others say how a stage works within and are shown by ``--help-lab``.
+    With `users` only those of these names are: the others say how a stage works within and are
+    shown by ``--help-lab``.
     """
     return dataclasses.field(default_factory=kind, metadata={"settings": True, "users": users})
 
@@ -104,11 +130,16 @@ class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpF
     def _get_help_string(self, action: argparse.Action) -> str:
         text = action.help or ""
         nothing = action.default is False or action.default in (None, "", (), [], argparse.SUPPRESS)
-        return text if nothing or action.required or not action.option_strings else f"{text} (default: %(default)s)".lstrip()
+        return (
+            text
+            if nothing or action.required or not action.option_strings
+            else f"{text} (default: %(default)s)".lstrip()
+        )
 
 
 def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, examples: str) -> T:
-    """The options that `arguments` give; ``--help``, ``--help-all`` and ``--help-lab`` print and end the program.
+    """The options that `arguments` give; ``--help``, ``--help-all`` and ``--help-lab`` print and
+    end the program.
 
     Parameters
     ----------
@@ -129,13 +160,19 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         found = parser.instantiate(parser.parse_args(["--help"] if level else given))
     except argparse.ArgumentError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        lines = [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"] if "of the Union subtypes" in str(error) else lines
+        lines = (
+            [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"]
+            if "of the Union subtypes" in str(error)
+            else lines
+        )
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
         raise InputError(f"{_with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise
     except Exception as error:  # of a --config that is no text, too deep, or means something else
-        raise InputError(f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help") from None
+        raise InputError(
+            f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help"
+        ) from None
     _check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
         raise InputError("json is no setting of a file; give --json on the command line")
@@ -143,31 +180,48 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
 
 
 def actions_of(kind: type) -> list[argparse.Action]:
-    """Every option of a command as argparse knows it, with hyphens; for what completes and documents them."""
+    """Every option of a command as argparse knows it, with hyphens; for what completes and
+    documents them."""
     actions = list(_parser(kind, "a2v", "", "", level=2)._actions)
     for action in actions:
         action.option_strings = [_with_hyphens(name) for name in action.option_strings]
-    return [action for action in actions if "--print-config" not in action.option_strings and action.dest != "help"]
+    return [
+        action
+        for action in actions
+        if "--print-config" not in action.option_strings and action.dest != "help"
+    ]
 
 
 def _of_no_kind(text: str) -> str:
     """What to say where a value is of none of an option's types."""
     given = re.search(r"Given value: (.*)", text)
     kind = next(
-        (words for name, words in (("int", "a whole number"), ("float", "a number")) if f"<class '{name}'>" in text), "another value"
+        (
+            words
+            for name, words in (("int", "a whole number"), ("float", "a number"))
+            if f"<class '{name}'>" in text
+        ),
+        "another value",
     )
     return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
 
 
 def _gathered(kind: type, given: Sequence[str]) -> list[str]:
-    """The arguments with what is given a second time and on, of options that have a field for it, as that field's value."""
+    """The arguments with what is given a second time and on, of options that have a field for it,
+    as that field's value."""
     result = list(given)
     for name, field in _with_more(kind):
-        places = [place for place, argument in enumerate(result) if argument == f"--{name}" or argument.startswith(f"--{name}=")]
+        places = [
+            place
+            for place, argument in enumerate(result)
+            if argument == f"--{name}" or argument.startswith(f"--{name}=")
+        ]
         extra = list[str]()
         for place in reversed(places[1:]):
             together = "=" in result[place]
-            extra[:0] = [result[place].partition("=")[2]] if together else result[place + 1 : place + 2]
+            extra[:0] = (
+                [result[place].partition("=")[2]] if together else result[place + 1 : place + 2]
+            )
             del result[place : place + (1 if together else 2)]
         if extra:
             result += [f"--{field}", ",".join(extra)]
@@ -175,7 +229,8 @@ def _gathered(kind: type, given: Sequence[str]) -> list[str]:
 
 
 def _with_more(kind: type) -> Iterator[tuple[str, str]]:
-    """Names of a dataclass' options that may be given again, and of the fields that the rest goes to."""
+    """Names of a dataclass' options that may be given again, and of the fields that the rest goes
+    to."""
     for item in dataclasses.fields(kind):
         if "group" in item.metadata:
             yield from _with_more(typing.get_type_hints(kind)[item.name])
@@ -202,49 +257,79 @@ def _settings_of(kind: type) -> Iterator[str]:
 
 
 def _check_numbers(found: jsonargparse.Namespace) -> None:
-    """Demand that every number is finite, and that every option which is a seed lies where numpy and the renderer take it."""
+    """Demand that every number is finite, and that every option which is a seed lies where numpy
+    and the renderer take it."""
     for name, value in found.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{_with_hyphens(f'--{name}')} is {value}; expected a finite number")
         if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
-            raise InputError(f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}")
+            raise InputError(
+                f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}"
+            )
 
 
-def _parser(kind: type, prog: str, about: str, examples: str, level: int) -> jsonargparse.ArgumentParser:
-    """The parser; its help shows what is used every day (`level` 0), all that users set (1), or the laboratory's settings too (2)."""
+def _parser(
+    kind: type, prog: str, about: str, examples: str, level: int
+) -> jsonargparse.ArgumentParser:
+    """The parser; its help shows what is used every day (`level` 0), all that users set (1), or the
+    laboratory's settings too (2)."""
     jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
-        prog=prog, description=about, epilog=examples, formatter_class=_Formatter, exit_on_error=False, parser_mode=_MODE
+        prog=prog,
+        description=about,
+        epilog=examples,
+        formatter_class=_Formatter,
+        exit_on_error=False,
+        parser_mode=_MODE,
     )
     levels = {"print_config": 1, "json": 1} | dict(_add(parser, kind, None, headings=level > 0))
-    parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output: files, facts or the error")
+    parser.add_argument(
+        "--config", action="config", help="YAML file of settings, by the names of these options"
+    )
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="one JSON object on standard output: files, facts or the error",
+    )
     hidden = {action.dest: _level(action.dest, levels) for action in parser._actions}
     if any(hidden[name] for name in hidden if name not in ("print_config", "json")):
-        parser.add_argument("--help_all", action="store_true", help="every option, the settings of the stages too")
+        parser.add_argument(
+            "--help_all", action="store_true", help="every option, the settings of the stages too"
+        )
     within = sum(found == 2 for found in hidden.values())
     if within:
-        parser.add_argument("--help_lab", action="store_true", help=f"those and {within} settings of how the stages work within, for research")
+        parser.add_argument(
+            "--help_lab",
+            action="store_true",
+            help=f"those and {within} settings of how the stages work within, for research",
+        )
     for action in parser._actions:
         if hidden.get(action.dest, int(action.dest == "help_lab")) > level:
             action.help = argparse.SUPPRESS
     needed = [action for action in parser._actions if action.required]
     shown = [
-        f"{action.option_strings[0]} {action.metavar or action.dest.upper()}" if action.option_strings else action.dest for action in needed
+        f"{action.option_strings[0]} {action.metavar or action.dest.upper()}"
+        if action.option_strings
+        else action.dest
+        for action in needed
     ]
     parser.usage = " ".join([prog, *map(_with_hyphens, shown), "[options]"]).replace("%", "%%")
     return parser
 
 
 def _level(name: str, levels: Mapping[str, int]) -> int:
-    """The level of the help that shows an option: that of the longest name in `levels` that it lies in."""
+    """The level of the help that shows an option: that of the longest name in `levels` that it lies
+    in."""
     while name and name not in levels:
         name = name.rpartition(".")[0]
     return levels.get(name, 0)
 
 
-def _add(parser: jsonargparse.ArgumentParser, kind: type, section: Any, *, headings: bool) -> Iterator[tuple[str, int]]:
-    """Add a dataclass' fields to `parser`, plain options to the `section` of its help; gives the names of those that ``--help`` does not show, and their levels."""
+def _add(
+    parser: jsonargparse.ArgumentParser, kind: type, section: Any, *, headings: bool
+) -> Iterator[tuple[str, int]]:
+    """Add a dataclass' fields to `parser`, plain options to the `section` of its help; gives the
+    names of those that ``--help`` does not show, and their levels."""
     hints = typing.get_type_hints(kind)
     for item in dataclasses.fields(kind):
         if "option" in item.metadata:
@@ -253,17 +338,30 @@ def _add(parser: jsonargparse.ArgumentParser, kind: type, section: Any, *, headi
                 yield item.name, 1
         elif "group" in item.metadata:
             title = item.metadata["title"]
-            yield from _add(parser, hints[item.name], parser.add_argument_group(title) if title and headings else section, headings=headings)
+            yield from _add(
+                parser,
+                hints[item.name],
+                parser.add_argument_group(title) if title and headings else section,
+                headings=headings,
+            )
         elif "settings" in item.metadata:
             parser.add_class_arguments(hints[item.name], item.name)
             _describe(parser, hints[item.name], f"{item.name}.")
             users = item.metadata["users"]
             yield item.name, 2 if users == () else 1
-            yield from ((f"{item.name}.{one.name}", 2) for one in dataclasses.fields(hints[item.name]) if users is not None and one.name not in users)
+            yield from (
+                (f"{item.name}.{one.name}", 2)
+                for one in dataclasses.fields(hints[item.name])
+                if users is not None and one.name not in users
+            )
         else:  # the library's settings as a group
             parser.add_class_arguments(kind, None)
             _describe(parser, kind, "")
-            yield from ((one.name, 1) for one in dataclasses.fields(kind) if dataclasses.is_dataclass(hints[one.name]))
+            yield from (
+                (one.name, 1)
+                for one in dataclasses.fields(kind)
+                if dataclasses.is_dataclass(hints[one.name])
+            )
             return
 
 
@@ -278,7 +376,11 @@ def _add_option(parser: Any, item: dataclasses.Field[Any], kind: Any) -> None:
     if facts["metavar"]:
         how["metavar"] = facts["metavar"]
     if facts["many"]:
-        how |= {"flag": {"action": "store_true"}, "repeated": {"action": "append"}, "listed": {"nargs": "+"}}[facts["many"]]
+        how |= {
+            "flag": {"action": "store_true"},
+            "repeated": {"action": "append"},
+            "listed": {"nargs": "+"},
+        }[facts["many"]]
         how["default"] = False if facts["many"] == "flag" else []
     elif facts["choices"]:
         how["choices"] = tuple(facts["choices"])
@@ -313,13 +415,25 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
             values[item.name] = _made(hints[item.name], found)
         else:
             value = found[item.name]
-            if isinstance(value, list) and not item.metadata.get("option", {}).get("many"):  # argparse's answer to --x=--
+            if isinstance(value, list) and not item.metadata.get("option", {}).get(
+                "many"
+            ):  # argparse's answer to --x=--
                 raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one")
-            if value is None and item.default is not None and type(None) not in typing.get_args(hints[item.name]):  # "name:" in a file
-                raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one, or leave it out")
+            if (
+                value is None
+                and item.default is not None
+                and type(None) not in typing.get_args(hints[item.name])
+            ):  # "name:" in a file
+                raise InputError(
+                    f"{_with_hyphens(f'--{item.name}')} has no value; give one, or leave it out"
+                )
             if hints[item.name] is str and not isinstance(value, str):  # "name: 1" in a file
-                raise InputError(f"{_with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks")
-            values[item.name] = tuple(value) if isinstance(value, list) and "option" in item.metadata else value
+                raise InputError(
+                    f"{_with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks"
+                )
+            values[item.name] = (
+                tuple(value) if isinstance(value, list) and "option" in item.metadata else value
+            )
     return kind(**values)
 
 
@@ -342,5 +456,7 @@ def _load(text: str) -> object:
 
 def _keys_with_underscores(value: object) -> object:
     if isinstance(value, dict):
-        return {str(key).replace("-", "_"): _keys_with_underscores(item) for key, item in value.items()}
+        return {
+            str(key).replace("-", "_"): _keys_with_underscores(item) for key, item in value.items()
+        }
     return value

@@ -19,50 +19,84 @@ from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.rigs import RigOptions, write_rigged
 
 _OWN = RigOptions()
-_NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "photo_clip": "photo.mp4", "bvh": "motion.bvh"}
+_NAMES = {
+    "video": "video.mp4",
+    "glb": "character.glb",
+    "still": "character.glb",
+    "photo_clip": "photo.mp4",
+    "bvh": "motion.bvh",
+}
 
 
-def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN, edit: Edit = Edit()) -> list[Path]:
-    """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
+def write_results(
+    outcome: Outcome,
+    folder: Path,
+    views: Sequence[str],
+    rig: RigOptions = _OWN,
+    edit: Edit = Edit(),
+) -> list[Path]:
+    """Write video, clips, character, motion and the page that shows them; returns the paths, the
+    video's first.
 
-    Character and motion are those of the run where `rig` is plain, else made of its `engine_character` and `poses`; of `edit` the place counts.
+    Character and motion are those of the run where `rig` is plain, else made of its
+    `engine_character` and `poses`; of `edit` the place counts.
     """
     from a2v.rendering import write_page
 
     written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
     if "photo_clip" in outcome.values:
-        written.append(write_blob(outcome, outcome.values["photo_clip"], folder / _NAMES["photo_clip"]))
-    written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
+        written.append(
+            write_blob(outcome, outcome.values["photo_clip"], folder / _NAMES["photo_clip"])
+        )
+    written += [
+        write_blob(outcome, ref, folder / f"{view}.mp4")
+        for view, ref in zip(views, outcome.values["clip"], strict=True)
+    ]
     motion = made_motion(outcome, edit)
     if rig.plain:
-        written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
+        written += [
+            write_blob(outcome, outcome.values[name], folder / _NAMES[name])
+            for name in ("glb", "bvh")
+        ]
     else:
         written += write_rigged(
             folder, outcome.get("engine_character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion",
             props=outcome.get("props", Props),
         )  # fmt: skip
     motion.save(folder / "motion.npz")
-    write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
+    write_page(
+        folder / "preview.html",
+        folder / "character.glb",
+        folder / "video.mp4",
+        title=motion.action or "motion",
+    )
     return [*written, folder / "motion.npz", folder / "preview.html"]
 
 
 def made_motion(outcome: Outcome, edit: Edit) -> Motion:
-    """The motion of a run as it is written: nodes let it travel, what is asked for in place stops here."""
+    """The motion of a run as it is written: nodes let it travel, what is asked for in place stops
+    here."""
     motion = outcome.get("motion", Motion)
     return put_in_place(motion, loop=edit.loop) if edit.in_place else motion
 
 
 def write_early_page(outcome: Outcome, folder: Path) -> Path:
-    """Write ``preview.html`` with the moving character alone, of a run that has come as far as its `glb`."""
+    """Write ``preview.html`` with the moving character alone, of a run that has come as far as its
+    `glb`."""
     from a2v.rendering import write_page
 
     title = outcome.get("motion", Motion).action or "motion"
-    write_page(folder / "preview.html", bytes(outcome.store.get(outcome.values["glb"], Blob)), title=title)
+    write_page(
+        folder / "preview.html", bytes(outcome.store.get(outcome.values["glb"], Blob)), title=title
+    )
     return folder / "preview.html"
 
 
-def write_shared(folder: Path, *, animation: str | None, megabytes: float, sheet: bool) -> list[Path]:
-    """Beside the ``video.mp4`` of `folder`: ``video.gif`` or ``video.webp`` of at most `megabytes`, and ``sheet.png``, twelve of its frames."""
+def write_shared(
+    folder: Path, *, animation: str | None, megabytes: float, sheet: bool
+) -> list[Path]:
+    """Beside the ``video.mp4`` of `folder`: ``video.gif`` or ``video.webp`` of at most `megabytes`,
+    and ``sheet.png``, twelve of its frames."""
     from a2v.rendering import contact_sheet, probe_video, read_video, write_within
 
     source, written = folder / "video.mp4", []
@@ -74,17 +108,24 @@ def write_shared(folder: Path, *, animation: str | None, megabytes: float, sheet
 
         info = probe_video(source)
         wanted = np.unique(np.linspace(0, info.frames - 1, 12).round().astype(int))
-        frames = {index: frame for index, frame in enumerate(read_video(source)) if index in set(wanted.tolist())}
+        frames = {
+            index: frame
+            for index, frame in enumerate(read_video(source))
+            if index in set(wanted.tolist())
+        }
         labels = [f"{index / info.fps:.2f} s" for index in frames]
         columns = 3 if info.width < 2 * info.height else 1 if info.width > 3 * info.height else 2
         written.append(folder / "sheet.png")
         with atomic_path(written[-1]) as temporary:
-            Pillow.fromarray(contact_sheet(list(frames.values()), cols=columns, labels=labels)).save(temporary)
+            Pillow.fromarray(
+                contact_sheet(list(frames.values()), cols=columns, labels=labels)
+            ).save(temporary)
     return written
 
 
 def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:
-    """Write the value of one output: files as they are, frames as PNG, anything else as .npz; one a frame and view where it fans out."""
+    """Write the value of one output: files as they are, frames as PNG, anything else as .npz; one a
+    frame and view where it fans out."""
     value = outcome.values[name]
     if isinstance(value, Ref):
         return [_write(outcome, name, value, folder / _NAMES.get(name, f"{name}.npz"))]
@@ -95,7 +136,11 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
         stem = [views[index[-1]]] if per_view else []
         stem += [f"{index[0]:04d}"] if name != "clip" else []
         suffix = {"clip": ".mp4", "frame": ".png", "photo_frame": ".png"}.get(name, ".npz")
-        target = folder / name / ("_".join(stem) + suffix) if name != "clip" else folder / ("".join(stem) + suffix)
+        target = (
+            folder / name / ("_".join(stem) + suffix)
+            if name != "clip"
+            else folder / ("".join(stem) + suffix)
+        )
         written.append(_write(outcome, name, refs[index], target))
     return written
 

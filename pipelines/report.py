@@ -58,8 +58,12 @@ def make_report(
         "seconds": round(outcome.seconds, 3),
         "peak_memory_mb": round(outcome.peak_memory / 1e6, 1),
         "parameters": plain(parameters),
-        "inputs": {role: {"path": str(path), "sha256": sha256(path)} for role, path in inputs.items()},
-        "outputs": {path.name: {"bytes": path.stat().st_size, "sha256": sha256(path)} for path in outputs},
+        "inputs": {
+            role: {"path": str(path), "sha256": sha256(path)} for role, path in inputs.items()
+        },
+        "outputs": {
+            path.name: {"bytes": path.stat().st_size, "sha256": sha256(path)} for path in outputs
+        },
         "nodes": nodes,
         "notes": list(outcome.notes),
         "versions": versions(),
@@ -80,7 +84,10 @@ def versions() -> dict[str, str]:
         root = Path(__file__).resolve().parents[1]
         if (root / ".git").exists():
             found["commit"] = subprocess.run(
-                ["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, check=True
+                ["git", "-C", str(root), "rev-parse", "HEAD"],
+                capture_output=True,
+                text=True,
+                check=True,
             ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         pass

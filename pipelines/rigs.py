@@ -32,7 +32,9 @@ class RigOptions:
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(ROOT_MOTION, rare=True)
-    visemes: str = option(VISEMES, default="rig", choices=("rig", *NAMINGS), metavar="WHOSE", rare=True)
+    visemes: str = option(
+        VISEMES, default="rig", choices=("rig", *NAMINGS), metavar="WHOSE", rare=True
+    )
 
     @property
     def plain(self) -> bool:
@@ -46,13 +48,22 @@ class RigOptions:
         if self.plain:
             return character, dict(clips)
         visemes = "" if self.visemes == "rig" else self.visemes
-        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion, visemes=visemes)
+        return prepare_rig(
+            character, clips, rig=self.rig, root_motion=self.root_motion, visemes=visemes
+        )
 
 
 def write_rigged(
-    folder: Path, character: Character, poses: Poses, options: RigOptions, *, name: str, props: Props | None = None
+    folder: Path,
+    character: Character,
+    poses: Poses,
+    options: RigOptions,
+    *,
+    name: str,
+    props: Props | None = None,
 ) -> list[Path]:
-    """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options` ask for."""
+    """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options`
+    ask for."""
     clip = (poses.bone_transforms, poses.fps)
     person, clips = options.prepare(character, {name: clip})
     paths = [folder / "character.glb", folder / "motion.bvh"]
@@ -62,9 +73,15 @@ def write_rigged(
 
 
 def write_avatar(
-    path: Path, character: Character, clips: Mapping[str, tuple[FloatArray, float]], meta: VrmMeta, *, expressions: Strengths
+    path: Path,
+    character: Character,
+    clips: Mapping[str, tuple[FloatArray, float]],
+    meta: VrmMeta,
+    *,
+    expressions: Strengths,
 ) -> list[Path]:
-    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip, with what the face does in it; see `check_avatar`."""
+    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip, with what the face does in
+    it; see `check_avatar`."""
     person, moves = prepare_rig(character, clips, rig="vrm")
     write_vrm(path, person, meta)
     paths = [path]
@@ -84,20 +101,32 @@ def check_avatar(options: RigOptions) -> None:
         Another rig, or root motion.
     """
     if options.rig not in (OWN_RIG, "vrm"):
-        raise InputError(f"a .vrm has the rig vrm, not {options.rig}; leave --rig out, or write a .glb")
+        raise InputError(
+            f"a .vrm has the rig vrm, not {options.rig}; leave --rig out, or write a .glb"
+        )
     if options.root_motion:
         raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")
 
 
 def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: Edit) -> list[Path]:
-    """Write clips, edited but for the place, on the rig of an adult of middle build as BVH; several become numbered files."""
+    """Write clips, edited but for the place, on the rig of an adult of middle build as BVH; several
+    become numbered files."""
     from a2v.body import load_body_model, make_body
 
     person = skin_of(make_body(load_body_model(), grounded=True))
     batch = bool(motion.batch)
-    paths = [path.with_name(f"{path.stem}_{index:03d}{path.suffix}") for index in range(motion.batch[0])] if batch else [path]
+    paths = (
+        [
+            path.with_name(f"{path.stem}_{index:03d}{path.suffix}")
+            for index in range(motion.batch[0])
+        ]
+        if batch
+        else [path]
+    )
     for index, target in enumerate(paths):
         clip = motion[index] if batch else motion
-        moved, clips = options.prepare(person, {"motion": (retarget_edited(clip, person.body, edit), clip.fps)})
+        moved, clips = options.prepare(
+            person, {"motion": (retarget_edited(clip, person.body, edit), clip.fps)}
+        )
         write_rig_bvh(target, moved.body, *clips["motion"])
     return paths

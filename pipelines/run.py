@@ -12,17 +12,22 @@ from pipelines.graph import video_graph
 
 
 def run(target: str | Sequence[str], *, graph: Graph | None = None, **given: Any) -> Outcome:
-    """Compute `target` and only what it needs, as `pipelines.engine.run.run` does, whose options are taken too.
+    """Compute `target` and only what it needs, as `pipelines.engine.run.run` does, whose options
+    are taken too.
 
     Parameters
     ----------
     target : name of an output, or several
-    graph : the steps; those of a video with a generated motion if None, of several photos where `other` is given
+    graph : the steps; those of a video with a generated motion if None, of several photos where
+    `other` is given
     given : options of `pipelines.engine.run.run` and the graph's inputs
 
     Raises
     ------
     InputError
-        An unknown target, parameter or override (it names the nearest), or a missing parameter; and what nodes raise.
+        An unknown target, parameter or override (it names the nearest), or a missing parameter; and
+        what nodes raise.
     """
-    return run_graph(target, graph=video_graph(several="other" in given) if graph is None else graph, **given)
+    return run_graph(
+        target, graph=video_graph(several="other" in given) if graph is None else graph, **given
+    )

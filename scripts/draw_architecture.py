@@ -1,9 +1,12 @@
-"""Draws docs/images/architecture.svg and rewrites the lists of docs/architecture.md, both out of the code itself.
+"""Draws docs/images/architecture.svg and rewrites the lists of docs/architecture.md, both out of
+the code itself.
 
-    python scripts/draw_architecture.py            # after a change of packages or of the graph; commit what it writes
+    python scripts/draw_architecture.py            # after a change of packages or of the graph;
+    commit what it writes
 
-Packages and their imports are read by `ast` (imports within functions and for types alone count too), layers from import-linter's contract
-in pyproject.toml, values from the types of the graph's nodes.
+Packages and their imports are read by `ast` (imports within functions and for types alone count
+too), layers from import-linter's contract in pyproject.toml, values from the types of the graph's
+nodes.
 """
 
 from __future__ import annotations
@@ -33,14 +36,18 @@ COLORS = ("#e4eef8", "#fdebd8", "#e6f2e2", "#efe6f5", "#f7e6e6", "#e3f1f1", "#f6
 """Fills of the bands, and of the columns of nodes that stand in one module."""
 
 
-# ---- what the code says ------------------------------------------------------------------------------------------------------------------
+# ---- what the code says
+# ------------------------------------------------------------------------------------------------------------------
 
 
 def layers() -> list[list[str]]:
-    """The packages from top to bottom, siblings beside each other; what the contract does not name stands at the bottom."""
+    """The packages from top to bottom, siblings beside each other; what the contract does not name
+    stands at the bottom."""
     import tomllib
 
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "importlinter"
+    ]["contracts"]
     layered = [contract["layers"] for contract in contracts if contract["type"] == "layers"]
     inner = next(rows for rows in layered if rows[0].startswith(f"{LABORATORY}."))
     rows = [row for outer in layered[0] for row in (inner if outer == LABORATORY else [outer])]
@@ -56,8 +63,11 @@ def sources(package: str) -> list[Path]:
 
 
 def room_of(path: Path) -> str:
-    """The room that a file belongs to: ``a2v.<package or module>``, ``a2v.lab.<...>``, ``pipelines`` or ``export``."""
-    return room_named([part for part in path.relative_to(ROOT).with_suffix("").parts if part != "__init__"])
+    """The room that a file belongs to: ``a2v.<package or module>``, ``a2v.lab.<...>``,
+    ``pipelines`` or ``export``."""
+    return room_named(
+        [part for part in path.relative_to(ROOT).with_suffix("").parts if part != "__init__"]
+    )
 
 
 def room_named(parts: Sequence[str]) -> str:
@@ -80,7 +90,8 @@ def room_imports() -> dict[str, list[str]]:
     """The rooms that each room imports."""
     rooms = [name for row in layers() for name in row]
     shown = {
-        name.rpartition(".")[2]: name.rpartition(".")[0] for name in imported_names(ROOT / "a2v" / "__init__.py")
+        name.rpartition(".")[2]: name.rpartition(".")[0]
+        for name in imported_names(ROOT / "a2v" / "__init__.py")
     }  # by `from a2v import`
     found: dict[str, set[str]] = {room: set() for room in rooms}
     for path in [*sources("a2v"), *sources("pipelines"), *sources("export")]:
@@ -99,12 +110,15 @@ def purpose(room: str) -> str:
     path = ROOT / room.replace(".", "/")
     file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-    return re.split(r"(?<=[.;]) (?=[A-Z])", " ".join(text.split("\n\n")[0].split()).replace("`", ""))[0].rstrip(".;")
+    return re.split(
+        r"(?<=[.;]) (?=[A-Z])", " ".join(text.split("\n\n")[0].split()).replace("`", "")
+    )[0].rstrip(".;")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A node of the graph: what it takes and gives by name, over which axes, and in which module it stands."""
+    """A node of the graph: what it takes and gives by name, over which axes, and in which module it
+    stands."""
 
     name: str
     module: str
@@ -114,7 +128,8 @@ class Stage:
 
 
 def stages() -> tuple[list[Stage], dict[str, str]]:
-    """The nodes of the video's graph in the order of computation, and the type of every value that is no setting."""
+    """The nodes of the video's graph in the order of computation, and the type of every value that
+    is no setting."""
     from pipelines.engine.graph import topological
     from pipelines.graph import video_graph
 
@@ -122,12 +137,27 @@ def stages() -> tuple[list[Stage], dict[str, str]]:
     for step in topological(video_graph()):
         function = inspect.unwrap(step.node.function)
         hints = typing.get_type_hints(function)
-        given = typing.get_args(hints["return"]) if isinstance(step.output, tuple) else (hints["return"],)
+        given = (
+            typing.get_args(hints["return"])
+            if isinstance(step.output, tuple)
+            else (hints["return"],)
+        )
         takes = tuple(inspect.signature(function).parameters)
-        for name, hint in [*zip(step.outputs, given, strict=True), *((name, hints[name]) for name in takes)]:
+        for name, hint in [
+            *zip(step.outputs, given, strict=True),
+            *((name, hints[name]) for name in takes),
+        ]:
             if kind := value_type(hint):
                 types.setdefault(name, kind)
-        made.append(Stage(step.node.name, function.__module__.rsplit(".", 1)[1], takes, step.outputs, step.axes))
+        made.append(
+            Stage(
+                step.node.name,
+                function.__module__.rsplit(".", 1)[1],
+                takes,
+                step.outputs,
+                step.axes,
+            )
+        )
     return made, types
 
 
@@ -143,14 +173,25 @@ def value_type(hint: Any) -> str:
 
 
 def lists() -> str:
-    """What the picture shows, as text: the rooms and what they import, the nodes and the types of what they take and give."""
+    """What the picture shows, as text: the rooms and what they import, the nodes and the types of
+    what they take and give."""
     imports, (nodes, types) = room_imports(), stages()
 
     def typed(names: Iterable[str], axes: tuple[str, ...] = ()) -> str:
-        return ", ".join(f"{name}{'[' + ', '.join(axes) + ']' if axes else ''}: {types[name]}" if name in types else name for name in names)
+        return ", ".join(
+            f"{name}{'[' + ', '.join(axes) + ']' if axes else ''}: {types[name]}"
+            if name in types
+            else name
+            for name in names
+        )
 
-    rooms = [f"{room} -> {', '.join(others) or 'nothing of the project'}" for room, others in imports.items()]
-    values = [f"{stage.name}({typed(stage.takes)}) -> {typed(stage.gives, stage.axes)}" for stage in nodes]
+    rooms = [
+        f"{room} -> {', '.join(others) or 'nothing of the project'}"
+        for room, others in imports.items()
+    ]
+    values = [
+        f"{stage.name}({typed(stage.takes)}) -> {typed(stage.gives, stage.axes)}" for stage in nodes
+    ]
     return "```\n" + "\n".join(rooms) + "\n```\n\n```\n" + "\n".join(values) + "\n```"
 
 
@@ -164,24 +205,52 @@ class Sheet:
         self.parts: list[str] = []
         self.y = float(MARGIN)
 
-    def text(self, x: float, y: float, words: str, *, size: float = 12, color: str = INK, bold: bool = False, turn: float = 0) -> None:
+    def text(
+        self,
+        x: float,
+        y: float,
+        words: str,
+        *,
+        size: float = 12,
+        color: str = INK,
+        bold: bool = False,
+        turn: float = 0,
+    ) -> None:
         """Words that begin at (x, y), turned by degrees."""
         extra = f' transform="rotate({turn:g} {x:g} {y:g})"' if turn else ""
         weight = ' font-weight="bold"' if bold else ""
-        self.parts.append(f'<text x="{x:g}" y="{y:g}" font-size="{size:g}" fill="{color}"{weight}{extra}>{escape(words)}</text>')
+        self.parts.append(
+            f'<text x="{x:g}" y="{y:g}" font-size="{size:g}" fill="{color}"{weight}{extra}>{escape(words)}</text>'
+        )
 
     def box(self, x: float, y: float, width: float, height: float, fill: str) -> None:
         """A box with round corners."""
-        self.parts.append(f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4" fill="{fill}" stroke="{RULE}"/>')
+        self.parts.append(
+            f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4" fill="{fill}" stroke="{RULE}"/>'
+        )
 
-    def line(self, x: float, y: float, to_x: float, to_y: float, *, color: str = RULE, width: float = 1, arrow: bool = False) -> None:
+    def line(
+        self,
+        x: float,
+        y: float,
+        to_x: float,
+        to_y: float,
+        *,
+        color: str = RULE,
+        width: float = 1,
+        arrow: bool = False,
+    ) -> None:
         """A straight line, with a tip at its end if wanted."""
         end = ' marker-end="url(#tip)"' if arrow else ""
-        self.parts.append(f'<line x1="{x:g}" y1="{y:g}" x2="{to_x:g}" y2="{to_y:g}" stroke="{color}" stroke-width="{width:g}"{end}/>')
+        self.parts.append(
+            f'<line x1="{x:g}" y1="{y:g}" x2="{to_x:g}" y2="{to_y:g}" stroke="{color}" stroke-width="{width:g}"{end}/>'
+        )
 
     def dot(self, x: float, y: float, fill: str) -> None:
         """A small circle."""
-        self.parts.append(f'<circle cx="{x:g}" cy="{y:g}" r="4.5" fill="{fill}" stroke="{INK}" stroke-width="1.3"/>')
+        self.parts.append(
+            f'<circle cx="{x:g}" cy="{y:g}" r="4.5" fill="{fill}" stroke="{INK}" stroke-width="1.3"/>'
+        )
 
     def svg(self) -> str:
         """All of it."""
@@ -189,7 +258,18 @@ class Sheet:
         marker = f'<marker id="tip" markerWidth="9" markerHeight="8" refX="8" refY="4" orient="auto">{tip}</marker>'
         size = f'viewBox="0 0 {WIDTH} {self.y + MARGIN:g}"'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="DejaVu Sans, Verdana, sans-serif">'
-        return "\n".join([head, f"<defs>{marker}</defs>", '<rect width="100%" height="100%" fill="white"/>', *self.parts, "</svg>"]) + "\n"
+        return (
+            "\n".join(
+                [
+                    head,
+                    f"<defs>{marker}</defs>",
+                    '<rect width="100%" height="100%" fill="white"/>',
+                    *self.parts,
+                    "</svg>",
+                ]
+            )
+            + "\n"
+        )
 
 
 def wrapped(words: str, width: float, size: float) -> list[str]:
@@ -201,7 +281,13 @@ def draw_rooms(sheet: Sheet) -> None:
     """A band a layer, a box a room: its name, what it is for, what it imports."""
     imports = room_imports()
     rows = layers()
-    sheet.text(MARGIN, sheet.y + 16, "Rooms: a room may import those of lower bands, never its neighbours", size=15, bold=True)
+    sheet.text(
+        MARGIN,
+        sheet.y + 16,
+        "Rooms: a room may import those of lower bands, never its neighbours",
+        size=15,
+        bold=True,
+    )
     sheet.y += 32
     top, left = sheet.y, MARGIN + 26
     for index, row in enumerate(rows):
@@ -209,7 +295,12 @@ def draw_rooms(sheet: Sheet) -> None:
         texts = []
         for room in row:
             others = ", ".join(name.removeprefix("a2v.") for name in imports[room])
-            texts.append((wrapped(purpose(room), width - 16, 10.5), wrapped(f"imports {others}" if others else "", width - 16, 10)))
+            texts.append(
+                (
+                    wrapped(purpose(room), width - 16, 10.5),
+                    wrapped(f"imports {others}" if others else "", width - 16, 10),
+                )
+            )
         height = max(24 + 14 * len(words) + 13 * len(uses) for words, uses in texts) + 6
         for column, (room, (words, uses)) in enumerate(zip(row, texts, strict=True)):
             x, y = left + column * (width + 8), sheet.y
@@ -218,7 +309,9 @@ def draw_rooms(sheet: Sheet) -> None:
             for number, line in enumerate(words):
                 sheet.text(x + 8, y + 34 + 14 * number, line, size=10.5)
             for number, line in enumerate(uses):
-                sheet.text(x + 8, y + 34 + 14 * len(words) + 13 * number, line, size=10, color=FAINT)
+                sheet.text(
+                    x + 8, y + 34 + 14 * len(words) + 13 * number, line, size=10, color=FAINT
+                )
         sheet.y += height + 8
     sheet.line(MARGIN + 8, top, MARGIN + 8, sheet.y - 8, color=FAINT, width=3, arrow=True)
 
@@ -227,20 +320,43 @@ def draw_values(sheet: Sheet) -> None:
     """A column a node, a lane a value: filled where it is made, open where it is taken."""
     nodes, types = stages()
     made = [name for stage in nodes for name in stage.gives]
-    given = list(dict.fromkeys(name for stage in nodes for name in stage.takes if name in types and name not in made))
+    given = list(
+        dict.fromkeys(
+            name for stage in nodes for name in stage.takes if name in types and name not in made
+        )
+    )
     lanes = [*given, *made]
     left, head, step = MARGIN + 256, 104, 22
     pitch = (WIDTH - MARGIN - left - 24) / len(nodes)
     sheet.y += 28
-    sheet.text(MARGIN, sheet.y, "Values: which node makes one (filled), which nodes take it (open)", size=15, bold=True)
+    sheet.text(
+        MARGIN,
+        sheet.y,
+        "Values: which node makes one (filled), which nodes take it (open)",
+        size=15,
+        bold=True,
+    )
     top = sheet.y + head
     bottom = top + step * len(lanes)
     modules = list(dict.fromkeys(stage.module for stage in nodes))
     place = {stage.name: left + pitch * (index + 0.5) for index, stage in enumerate(nodes)}
     for stage in nodes:
         x = place[stage.name]
-        sheet.box(x - pitch / 2 + 2, top - 8, pitch - 4, bottom - top + 8, COLORS[modules.index(stage.module) % len(COLORS)])
-        sheet.text(x + 4, top - 14, stage.name + (f" [{', '.join(stage.axes)}]" if stage.axes else ""), size=12, bold=True, turn=-50)
+        sheet.box(
+            x - pitch / 2 + 2,
+            top - 8,
+            pitch - 4,
+            bottom - top + 8,
+            COLORS[modules.index(stage.module) % len(COLORS)],
+        )
+        sheet.text(
+            x + 4,
+            top - 14,
+            stage.name + (f" [{', '.join(stage.axes)}]" if stage.axes else ""),
+            size=12,
+            bold=True,
+            turn=-50,
+        )
     for index, name in enumerate(lanes):
         y = top + step * (index + 0.5)
         makers = [place[stage.name] for stage in nodes if name in stage.gives]

@@ -1,9 +1,11 @@
 """Fit the correction of the detector's depths that `a2v.perception.depth` ships.
 
-    python scripts/fit_depth_correction.py --data ../shared/data --studio runs/studio --out a2v/perception/data/depth_correction.npz
+    python scripts/fit_depth_correction.py --data ../shared/data --studio runs/studio --out
+    a2v/perception/data/depth_correction.npz
 
-The detector looks at the views of a studio's data set (`a2v studio`), whose landmarks are known; a ridge regression on its training
-identities, every view mirrored too, learns what is missing to the true depths. Prints the errors on the validation identities.
+The detector looks at the views of a studio's data set (`a2v studio`), whose landmarks are known; a
+ridge regression on its training identities, every view mirrored too, learns what is missing to the
+true depths. Prints the errors on the validation identities.
 """
 
 from __future__ import annotations
@@ -20,16 +22,28 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.lab.evaluation.reconstruction import open_studio
 from a2v.lab.studio.studio import Studio
 from a2v.lab.studio.view import View, list_views
-from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
+from a2v.perception.depth import (
+    HIPS,
+    DepthCorrection,
+    detector_features,
+    picture_plane,
+    put_upright,
+)
 from a2v.perception.detector import Detector
 
-OTHER_SIDE = np.array([BLAZEPOSE.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in BLAZEPOSE])
+OTHER_SIDE = np.array(
+    [
+        BLAZEPOSE.index(name.replace("left", "#").replace("right", "left").replace("#", "right"))
+        for name in BLAZEPOSE
+    ]
+)
 GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_index")
 
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """What the detector says of a view (``keypoints``, ``keypoints_3d``), and the true depths (33,) in its metres."""
+    """What the detector says of a view (``keypoints``, ``keypoints_3d``), and the true depths (33,)
+    in its metres."""
 
     keypoints: np.ndarray
     keypoints_3d: np.ndarray
@@ -38,7 +52,11 @@ class Sample:
     def mirrored(self) -> Sample:
         """Left and right exchanged."""
         flip = np.array([-1.0, 1.0, 1.0])
-        return Sample(self.keypoints[OTHER_SIDE] * flip, self.keypoints_3d[OTHER_SIDE] * flip, self.depth[OTHER_SIDE])
+        return Sample(
+            self.keypoints[OTHER_SIDE] * flip,
+            self.keypoints_3d[OTHER_SIDE] * flip,
+            self.depth[OTHER_SIDE],
+        )
 
     @property
     def missing(self) -> np.ndarray:
@@ -53,10 +71,14 @@ def collect(studio: Studio, folder: Path, split: str, size: int = 512) -> list[S
     with Detector() as detector:
         for path in tqdm(list_views(folder, split), desc=split):
             view, scene = View.load(path), studio.scene(split, int(path.stem))
-            person = detector.one(cv2.resize(view.image, (size, size), interpolation=cv2.INTER_AREA))
+            person = detector.one(
+                cv2.resize(view.image, (size, size), interpolation=cv2.INTER_AREA)
+            )
             if person is None:
                 continue
-            seen = person.keypoints * np.array([view.image.shape[1] / size, view.image.shape[0] / size, 1.0], np.float32)
+            seen = person.keypoints * np.array(
+                [view.image.shape[1] / size, view.image.shape[0] / size, 1.0], np.float32
+            )
             _, scale = picture_plane(seen, person.keypoints_3d)
             true = scene.landmarks[:, 2] - scene.landmarks[HIPS, 2].mean()
             samples.append(Sample(seen, person.keypoints_3d, true * scene.camera.scale / scale))
@@ -66,35 +88,60 @@ def collect(studio: Studio, folder: Path, split: str, size: int = 512) -> list[S
 def fit(samples: list[Sample], strength: float) -> DepthCorrection:
     """Ridge regression, all of it in closed form."""
     every = [*samples, *(sample.mirrored() for sample in samples)]
-    features = np.array([detector_features(sample.keypoints, sample.keypoints_3d) for sample in every])
+    features = np.array(
+        [detector_features(sample.keypoints, sample.keypoints_3d) for sample in every]
+    )
     missing = np.array([sample.missing for sample in every])
     mean, scale, offset = features.mean(axis=0), features.std(axis=0) + 1e-3, missing.mean(axis=0)
     standard = (features - mean) / scale
-    weights = np.linalg.solve(standard.T @ standard + strength * np.eye(len(mean)), standard.T @ (missing - offset))
-    return DepthCorrection(**{name: value.astype(np.float32) for name, value in
-                              {"mean": mean, "scale": scale, "weights": weights, "offset": offset}.items()})  # fmt: skip
+    weights = np.linalg.solve(
+        standard.T @ standard + strength * np.eye(len(mean)), standard.T @ (missing - offset)
+    )
+    return DepthCorrection(
+        **{
+            name: value.astype(np.float32)
+            for name, value in {
+                "mean": mean,
+                "scale": scale,
+                "weights": weights,
+                "offset": offset,
+            }.items()
+        }
+    )
 
 
 def report(name: str, errors: np.ndarray) -> None:
     """Print mean absolute errors, centimetres."""
-    columns = {group: [i for i, landmark in enumerate(BLAZEPOSE) if landmark.endswith(group)] for group in GROUPS}
+    columns = {
+        group: [i for i, landmark in enumerate(BLAZEPOSE) if landmark.endswith(group)]
+        for group in GROUPS
+    }
     print(f"{name:>12}: " + ", ".join(f"{group} {100 * np.abs(errors[:, index]).mean():.1f}" for group, index in columns.items())
           + f"; all {100 * np.abs(errors).mean():.2f} cm")  # fmt: skip
 
 
 def main() -> None:
     """Collect, fit, report, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", required=True)
     parser.add_argument("--studio", required=True, help="folder that `a2v studio` filled")
     parser.add_argument("--out", required=True)
     parser.add_argument("--strength", type=float, default=30.0, help="of the ridge")
     options = parser.parse_args()
     studio = open_studio(options.studio, options.data)
-    training, validation = (collect(studio, Path(options.studio), split) for split in ("training", "validation"))
+    training, validation = (
+        collect(studio, Path(options.studio), split) for split in ("training", "validation")
+    )
     correction = fit(training, options.strength)
     report("detector", np.array([-sample.missing for sample in validation]))
-    put = np.array([put_upright(sample.keypoints, sample.keypoints_3d, correction)[:, 2] - sample.depth for sample in validation])
+    put = np.array(
+        [
+            put_upright(sample.keypoints, sample.keypoints_3d, correction)[:, 2] - sample.depth
+            for sample in validation
+        ]
+    )
     report("corrected", put)
     correction = dataclasses.replace(correction, provenance={
         "training_views": len(training), "validation_views": len(validation), "strength": options.strength,

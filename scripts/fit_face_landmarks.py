@@ -1,7 +1,9 @@
-"""Find mediapipe's face landmarks on the body model: makes ``a2v/body/data/face_landmarks_anny.npz``.
+"""Find mediapipe's face landmarks on the body model: makes
+``a2v/body/data/face_landmarks_anny.npz``.
 
-Heads of several shapes are drawn from the front, with eyes, brows and lips coloured, and the detector itself says where it sees its landmarks:
-what it sees on a photo is then at the same place of the face. The mean over the shapes is kept, each as a point of a triangle.
+Heads of several shapes are drawn from the front, with eyes, brows and lips coloured, and the
+detector itself says where it sees its landmarks: what it sees on a photo is then at the same place
+of the face. The mean over the shapes is kept, each as a point of a triangle.
 """
 
 from __future__ import annotations
@@ -43,9 +45,16 @@ def main() -> int:
             corners, weights = on_triangles(vertices, model.faces, front, xy)
             found.append(np.einsum("kc,kcd->kd", weights, default[model.faces[corners]]))
     mean = np.median(found, axis=0)
-    print(len(found), "heads; spread in mm:", 1000 * np.median(np.std(np.array(found)[..., :2], axis=0)))
+    print(
+        len(found),
+        "heads; spread in mm:",
+        1000 * np.median(np.std(np.array(found)[..., :2], axis=0)),
+    )
     faces, weights = on_triangles(default, model.faces, front, mean[:, :2])
-    write_npz(OUT, {"vertices": model.faces[faces].astype(np.int32), "weights": weights.astype(np.float32)})
+    write_npz(
+        OUT,
+        {"vertices": model.faces[faces].astype(np.int32), "weights": weights.astype(np.float32)},
+    )
     return 0
 
 
@@ -54,24 +63,38 @@ def front_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     scene = ray_scene(vertices, faces, threads=1)
     middle = vertices[faces].mean(axis=1)
     start = middle + np.array([0, 0, 5.0])
-    hit = scene.cast_rays(np.concatenate([start, np.tile([0, 0, -1.0], (len(start), 1))], axis=1).astype(np.float32))["t_hit"].numpy()
+    hit = scene.cast_rays(
+        np.concatenate([start, np.tile([0, 0, -1.0], (len(start), 1))], axis=1).astype(np.float32)
+    )["t_hit"].numpy()
     return (np.abs(hit - 5.0) < 1e-3) & (faces.max(axis=1) < 13348) & (middle[:, 1] > 0.6)
 
 
-def on_triangles(vertices: np.ndarray, faces: np.ndarray, front: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The front face (K,) that each place (K, 2) lies on or next to, and its barycentric coordinates (K, 3)."""
+def on_triangles(
+    vertices: np.ndarray, faces: np.ndarray, front: np.ndarray, xy: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The front face (K,) that each place (K, 2) lies on or next to, and its barycentric
+    coordinates (K, 3)."""
     flat = vertices * [1, 1, 0]
     own = np.flatnonzero(front)
-    hits = ray_scene(flat, faces[own], threads=1).compute_closest_points(np.pad(xy, ((0, 0), (0, 1))).astype(np.float32))
+    hits = ray_scene(flat, faces[own], threads=1).compute_closest_points(
+        np.pad(xy, ((0, 0), (0, 1))).astype(np.float32)
+    )
     second = hits["primitive_uvs"].numpy()
-    return own[hits["primitive_ids"].numpy()], np.concatenate([1 - second.sum(axis=1, keepdims=True), second], axis=1)
+    return own[hits["primitive_ids"].numpy()], np.concatenate(
+        [1 - second.sum(axis=1, keepdims=True), second], axis=1
+    )
 
 
-def draw(vertices: np.ndarray, faces: np.ndarray, middle: np.ndarray, *, shade: float) -> np.ndarray:
-    """The head from the front (SIZE, SIZE, 3) uint8, in the colours of skin, lips, brows and eyes."""
+def draw(
+    vertices: np.ndarray, faces: np.ndarray, middle: np.ndarray, *, shade: float
+) -> np.ndarray:
+    """The head from the front (SIZE, SIZE, 3) uint8, in the colours of skin, lips, brows and
+    eyes."""
     ticks = ((np.arange(SIZE) + 0.5) / SIZE - 0.5) * EXTENT
     x, y = np.meshgrid(middle[0] + ticks, middle[1] - ticks)
-    rays = np.stack([x, y, np.full_like(x, 5.0), 0 * x, 0 * x, 0 * x - 1], axis=-1).astype(np.float32)
+    rays = np.stack([x, y, np.full_like(x, 5.0), 0 * x, 0 * x, 0 * x - 1], axis=-1).astype(
+        np.float32
+    )
     hits = ray_scene(vertices, faces, threads=1).cast_rays(rays)
     face, normal = hits["primitive_ids"].numpy().astype(np.int64), hits["primitive_normals"].numpy()
     seen = np.isfinite(hits["t_hit"].numpy())
@@ -92,7 +115,14 @@ def draw(vertices: np.ndarray, faces: np.ndarray, middle: np.ndarray, *, shade: 
         color[eye & (radius < 0.006)] = [0.3, 0.2, 0.12]
         color[eye & (radius < 0.0025)] = 0.04
     return (
-        (255 * np.where(seen[..., None], color * shade * np.clip(0.25 + 0.8 * np.abs(normal[..., 2:]), 0, 1), 0.7))
+        (
+            255
+            * np.where(
+                seen[..., None],
+                color * shade * np.clip(0.25 + 0.8 * np.abs(normal[..., 2:]), 0, 1),
+                0.7,
+            )
+        )
         .clip(0, 255)
         .astype(np.uint8)
     )

@@ -1,7 +1,9 @@
-"""Gestures of our own for the library of clips: wave, clap, kick and others that people ask for first, keyed by where wrists and ankles are.
+"""Gestures of our own for the library of clips: wave, clap, kick and others that people ask for
+first, keyed by where wrists and ankles are.
 
-``scripts/make_clips.py`` bakes them. Wrists are placed from the shoulder and ankles from the hip of their side, metres, x outwards, y up, z ahead; directions
-likewise. Between keys everything is eased.
+``scripts/make_clips.py`` bakes them. Wrists are placed from the shoulder and ankles from the hip of
+their side, metres, x outwards, y up, z ahead; directions likewise. Between keys everything is
+eased.
 """
 
 from __future__ import annotations
@@ -102,9 +104,14 @@ class Puppet:
 
     def __init__(self, skeleton: Skeleton, idle: np.ndarray, hands: dict[str, np.ndarray]) -> None:
         self.names, self.parents, self.idle = skeleton.joint_names, skeleton.parents.tolist(), idle
-        self.hands = {side: {name: self._hand(pose, side) for name, pose in hands.items()} for side in SIDES}
+        self.hands = {
+            side: {name: self._hand(pose, side) for name, pose in hands.items()} for side in SIDES
+        }
         for side, known in self.hands.items():
-            index, thumb = (np.array([finger in self.names[at] for at in self.below(f"hand_{side}")]) for finger in ("index", "thumb"))
+            index, thumb = (
+                np.array([finger in self.names[at] for at in self.below(f"hand_{side}")])
+                for finger in ("index", "thumb")
+            )
             known["point"] = np.where(index[:, None], known["open"], known["fist"])
             known["thumb"] = np.where(thumb[:, None], known["open"], known["fist"])
 
@@ -126,18 +133,32 @@ class Puppet:
         return np.stack([along, palm, np.cross(palm, along) * SIDES[side]])
 
     def _hand(self, pose: np.ndarray, side: str) -> np.ndarray:
-        """Fingers of a pose from the wrist, along the hand, out of the palm and towards the thumb."""
-        wrist, index, middle, little = (pose[self.at(f"{name}_{side}")] for name in ("hand", "index_01", "middle_01", "pinky_01"))
+        """Fingers of a pose from the wrist, along the hand, out of the palm and towards the
+        thumb."""
+        wrist, index, middle, little = (
+            pose[self.at(f"{name}_{side}")]
+            for name in ("hand", "index_01", "middle_01", "pinky_01")
+        )
         across = np.cross(index - wrist, little - wrist) * -SIDES[side]
-        return (pose[self.below(f"hand_{side}")] - wrist) @ self._axes(middle - wrist, across, side).T
+        return (pose[self.below(f"hand_{side}")] - wrist) @ self._axes(
+            middle - wrist, across, side
+        ).T
 
     def pose(self, key: Key) -> np.ndarray:
         """Joints (J, 3) of a key."""
         pose = self.idle.copy()
         pose[..., 1] -= key.sink
-        for name, angle in (("spine_01", key.spine / 2), ("spine_03", key.spine / 2), ("neck_01", key.neck)):
+        for name, angle in (
+            ("spine_01", key.spine / 2),
+            ("spine_03", key.spine / 2),
+            ("neck_01", key.neck),
+        ):
             moved = self.below(name)
-            pose[moved] = pose[self.at(name)] + (pose[moved] - pose[self.at(name)]) @ rotvec_to_rotmat(np.array([np.deg2rad(angle), 0, 0])).T
+            pose[moved] = (
+                pose[self.at(name)]
+                + (pose[moved] - pose[self.at(name)])
+                @ rotvec_to_rotmat(np.array([np.deg2rad(angle), 0, 0])).T
+            )
         for side, arm in (("r", key.r), ("l", key.l)):
             pose[self.below(f"clavicle_{side}")] += [0, key.shrug, 0]
             if arm is not None:
@@ -150,8 +171,15 @@ class Puppet:
 
     def _reach_arm(self, pose: np.ndarray, arm: Arm, side: str) -> None:
         flip = np.array([SIDES[side], 1, 1])
-        shoulder, elbow, wrist = (self.at(f"{name}_{side}") for name in ("upperarm", "lowerarm", "hand"))
-        pose[elbow], pose[wrist] = self._bent(pose, (shoulder, elbow, wrist), pose[shoulder] + np.array(arm.wrist) * flip, np.array(arm.elbow) * flip)
+        shoulder, elbow, wrist = (
+            self.at(f"{name}_{side}") for name in ("upperarm", "lowerarm", "hand")
+        )
+        pose[elbow], pose[wrist] = self._bent(
+            pose,
+            (shoulder, elbow, wrist),
+            pose[shoulder] + np.array(arm.wrist) * flip,
+            np.array(arm.elbow) * flip,
+        )
         axes = self._axes(np.array(arm.along) * flip, np.array(arm.palm) * flip, side)
         pose[self.below(f"hand_{side}")] = pose[wrist] + self.hands[side][arm.hand] @ axes
 
@@ -160,11 +188,16 @@ class Puppet:
         below = self.below(f"foot_{side}")
         foot = self.idle[below] - self.idle[joints[2]]
         lifted = np.clip((ankle[2] - pose[joints[0]][2]) / 0.8, 0, 1)
-        pose[joints[1]], pose[joints[2]] = self._bent(pose, joints, ankle, np.array([SIDES[side] * 0.15, 0.2, 1.0]))
+        pose[joints[1]], pose[joints[2]] = self._bent(
+            pose, joints, ankle, np.array([SIDES[side] * 0.15, 0.2, 1.0])
+        )
         pose[below] = pose[joints[2]] + foot @ rotvec_to_rotmat(np.array([-0.9 * lifted, 0, 0])).T
 
-    def _bent(self, pose: np.ndarray, joints: tuple[int, int, int], target: np.ndarray, pole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Middle and end of a limb whose end comes to the target as near as it can, its middle towards the pole."""
+    def _bent(
+        self, pose: np.ndarray, joints: tuple[int, int, int], target: np.ndarray, pole: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Middle and end of a limb whose end comes to the target as near as it can, its middle
+        towards the pole."""
         first, middle, last = (self.idle[joint] for joint in joints)
         upper, lower = np.linalg.norm(middle - first), np.linalg.norm(last - middle)
         way = target - pose[joints[0]]
@@ -172,11 +205,16 @@ class Puppet:
         along = unit(way)
         height = (upper**2 + reach**2 - lower**2) / (2 * reach)
         aside = unit(pole - (pole @ along) * along)
-        return pose[joints[0]] + height * along + np.sqrt(max(upper**2 - height**2, 0)) * aside, pose[joints[0]] + reach * along
+        return pose[joints[0]] + height * along + np.sqrt(
+            max(upper**2 - height**2, 0)
+        ) * aside, pose[joints[0]] + reach * along
 
     def play(self, keys: Sequence[Key]) -> np.ndarray:
         """Joints (T, J, 3) at `FPS`, eased from key to key."""
-        poses, times = np.stack([self.pose(key) for key in keys]), np.array([key.time for key in keys])
+        poses, times = (
+            np.stack([self.pose(key) for key in keys]),
+            np.array([key.time for key in keys]),
+        )
         at = np.arange(round(times[-1] * FPS) + 1) / FPS
         before = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
         share = smoothstep((at - times[before]) / (times[before + 1] - times[before]), 0.0, 1.0)

@@ -1,9 +1,11 @@
-"""Backs before and after: what the photo shows, continued over the side that it does not show: sheets/backs.jpg.
+"""Backs before and after: what the photo shows, continued over the side that it does not show:
+sheets/backs.jpg.
 
     python scripts/make_backs_picture.py [PHOTO ...] [--out sheets] [--size 320] [--docs]
 
-For every PHOTO (by default the sample and those of ``$A2V_DATA/photos``; a .glb is an avatar, photographed here): the photo, then back, left and right with Eq. 14
-alone, and the same three with `ColorSettings.synthesis`. `--docs` writes the back alone, small, to ``docs/images/backs.jpg``.
+For every PHOTO (by default the sample and those of ``$A2V_DATA/photos``; a .glb is an avatar,
+photographed here): the photo, then back, left and right with Eq. 14 alone, and the same three with
+`ColorSettings.synthesis`. `--docs` writes the back alone, small, to ``docs/images/backs.jpg``.
 """
 
 from __future__ import annotations
@@ -32,10 +34,22 @@ sys.path.insert(0, str(ROOT))
 
 
 def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
-    """A photo, its surface by Eq. 14 alone from `turns`, degrees, and with the photo continued, (size, W, 3)."""
+    """A photo, its surface by Eq. 14 alone from `turns`, degrees, and with the photo continued,
+    (size, W, 3)."""
     store = Store()
-    outcome = run(["subject", "body", "photo_camera", "surface_with_face"], store=store, **video_parameters(store, photo, "Walk"))
-    subject, person, body = (outcome.get(name, kind) for name, kind in (("subject", Subject), ("surface_with_face", Reconstruction), ("body", Body)))
+    outcome = run(
+        ["subject", "body", "photo_camera", "surface_with_face"],
+        store=store,
+        **video_parameters(store, photo, "Walk"),
+    )
+    subject, person, body = (
+        outcome.get(name, kind)
+        for name, kind in (
+            ("subject", Subject),
+            ("surface_with_face", Reconstruction),
+            ("body", Body),
+        )
+    )
     camera = outcome.get("photo_camera", PhotoCamera)
     vertices = person.surface.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
@@ -44,17 +58,33 @@ def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
     border = round((1 - wide) / 2 * size)
     looks = []
     for synthesis in (False, True):
-        surface = color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=synthesis))
-        seen = [preview_surface(surface, azimuth=turn, center=(low + high) / 2, extent=extent, size=size, style=PreviewStyle(shaded=False)) for turn in turns]
+        surface = color_by_photo(
+            person, subject, body, camera, settings=ColorSettings(synthesis=synthesis)
+        )
+        seen = [
+            preview_surface(
+                surface,
+                azimuth=turn,
+                center=(low + high) / 2,
+                extent=extent,
+                size=size,
+                style=PreviewStyle(shaded=False),
+            )
+            for turn in turns
+        ]
         looks += [picture[:, border : size - border] for picture in seen]
     crop = Image.fromarray(subject.image)
-    crop = crop.resize((max(1, round(crop.width * size / crop.height)), size), Image.Resampling.LANCZOS)
+    crop = crop.resize(
+        (max(1, round(crop.width * size / crop.height)), size), Image.Resampling.LANCZOS
+    )
     return np.hstack([np.asarray(crop), *looks])
 
 
 def main() -> int:
     """Write the picture and print its path."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     data = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     parser.add_argument("photos", nargs="*", type=Path)
     parser.add_argument("--out", type=Path, default=ROOT / "sheets")
@@ -80,7 +110,12 @@ def main() -> int:
         picture = np.hstack(rows)
     else:
         width = max(line.shape[1] for line in rows)
-        picture = np.vstack([np.pad(line, ((0, 0), (0, width - line.shape[1]), (0, 0)), constant_values=255) for line in rows])
+        picture = np.vstack(
+            [
+                np.pad(line, ((0, 0), (0, width - line.shape[1]), (0, 0)), constant_values=255)
+                for line in rows
+            ]
+        )
     buffer = io.BytesIO()
     Image.fromarray(picture).save(buffer, "jpeg", quality=85, optimize=True)
     target = ROOT / "docs" / "images" / "backs.jpg" if given.docs else given.out / "backs.jpg"

@@ -1,13 +1,16 @@
-"""Makes ``a2v/weights/clips.npz``, the library of hand-keyed clips, from the BVH files of ``clips_cc0.zip``.
+"""Makes ``a2v/weights/clips.npz``, the library of hand-keyed clips, from the BVH files of
+``clips_cc0.zip``.
 
     python scripts/make_clips.py [../shared/data/clips_cc0.zip]
 
 and from the gestures of our own in ``scripts/gestures.py``.
 
-``a2v/motion/clips.csv`` says which there are and how they play. The two libraries' people differ by a centimetre in the leg: all become the
-first one's. Joints are kept to a fifth of a millimetre, as differences from frame to frame. A joint
-``head_front`` is added before the face, since joints alone do not say which way a head looks. Clips that walk on the spot get the pace at which their feet
-would stand: the median of what the lower foot moves backwards while it is down. The last frame of a cycle that repeats the first is left out.
+``a2v/motion/clips.csv`` says which there are and how they play. The two libraries' people differ by
+a centimetre in the leg: all become the first one's. Joints are kept to a fifth of a millimetre, as
+differences from frame to frame. A joint ``head_front`` is added before the face, since joints alone
+do not say which way a head looks. Clips that walk on the spot get the pace at which their feet
+would stand: the median of what the lower foot moves backwards while it is down. The last frame of a
+cycle that repeats the first is left out.
 """
 
 from __future__ import annotations
@@ -36,7 +39,8 @@ FRONT = np.array([0.0, 0.04, 0.12])
 DOWN = 0.02
 """A foot's ball is down where it is so little above its lowest place, metres."""
 REPEATS = 0.5
-"""The last frame repeats the first where they differ by less than this share of what two frames differ by."""
+"""The last frame repeats the first where they differ by less than this share of what two frames
+differ by."""
 
 
 def with_front(motion: Motion) -> Motion:
@@ -77,40 +81,65 @@ def leg_length(lengths: np.ndarray, names: Sequence[str]) -> float:
 def as_cycle(joints: np.ndarray) -> np.ndarray:
     """Frames (T, J, 3) of a cycle without a last one that repeats the first."""
     step = np.median(np.abs(np.diff(joints, axis=0)).max(axis=(1, 2)))
-    return joints[:-1] if np.abs(joints[-1] - joints[0]).max() <= REPEATS * max(step, 1e-4) else joints
+    return (
+        joints[:-1] if np.abs(joints[-1] - joints[0]).max() <= REPEATS * max(step, 1e-4) else joints
+    )
 
 
 def main() -> None:
     """Write the library; print a line a clip."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("archive", nargs="?", default=str(ROOT.parent / "shared" / "data" / "clips_cc0.zip"))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "archive", nargs="?", default=str(ROOT.parent / "shared" / "data" / "clips_cc0.zip")
+    )
     archive = zipfile.ZipFile(parser.parse_args().archive)
-    read = {name: with_front(read_bvh(archive.read(f"{name}.bvh"), name=name)) for name in ("idle-loop", "reject", "punch-jab")}
+    read = {
+        name: with_front(read_bvh(archive.read(f"{name}.bvh"), name=name))
+        for name in ("idle-loop", "reject", "punch-jab")
+    }
     first = read["idle-loop"]
     skeleton = skeleton_from_parents(first.parents.tolist(), first.joint_names, first.rest_offsets)
     lengths = np.linalg.norm(first.rest_offsets, axis=-1)
     open_hand = read["reject"].joints[read["reject"].frames // 2].astype(np.float64)
     puppet = Puppet(
-        skeleton, first.joints[0].astype(np.float64), {"open": open_hand, "fist": read["punch-jab"].joints[0].astype(np.float64)}
+        skeleton,
+        first.joints[0].astype(np.float64),
+        {"open": open_hand, "fist": read["punch-jab"].joints[0].astype(np.float64)},
     )
     with TABLE.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    missing = {*(Path(name).stem for name in archive.namelist()), *GESTURES} ^ {row["file"] for row in rows}
+    missing = {*(Path(name).stem for name in archive.namelist()), *GESTURES} ^ {
+        row["file"] for row in rows
+    }
     if missing:
         raise SystemExit(f"{TABLE.name} and the archive differ in {', '.join(sorted(missing))}")
     clips, facts = [], []
     for row in rows:
         if row["file"] in GESTURES:
-            joints, fps, pace = on_lengths(puppet.play(GESTURES[row["file"]][0]), skeleton, lengths), FPS, 0.0
+            joints, fps, pace = (
+                on_lengths(puppet.play(GESTURES[row["file"]][0]), skeleton, lengths),
+                FPS,
+                0.0,
+            )
         else:
             motion = with_front(read_bvh(archive.read(row["file"] + ".bvh"), name=row["file"]))
             assert motion.joint_names == first.joint_names
-            scale = leg_length(lengths, motion.joint_names) / leg_length(np.linalg.norm(motion.rest_offsets, axis=-1), motion.joint_names)
-            joints, fps, pace = on_lengths(motion.joints * scale, skeleton, lengths), motion.fps, scale * pace_of(motion, row["travels"])
+            scale = leg_length(lengths, motion.joint_names) / leg_length(
+                np.linalg.norm(motion.rest_offsets, axis=-1), motion.joint_names
+            )
+            joints, fps, pace = (
+                on_lengths(motion.joints * scale, skeleton, lengths),
+                motion.fps,
+                scale * pace_of(motion, row["travels"]),
+            )
         joints = joints if row["plays"] == "once" else as_cycle(joints)
         clips.append(np.round(joints / STEP).astype(np.int16))
         facts.append((fps, pace))
-        print(f"{row['name']:28s} {len(joints):4d} frames at {motion.fps:g} fps, {facts[-1][1]:.2f} m/s")
+        print(
+            f"{row['name']:28s} {len(joints):4d} frames at {motion.fps:g} fps, {facts[-1][1]:.2f} m/s"
+        )
     steps = [np.diff(clip, axis=0, prepend=np.zeros_like(clip[:1])) for clip in clips]
     write_npz(
         LIBRARY,
@@ -123,7 +152,9 @@ def main() -> None:
             "parents": first.parents,
             "joint_names": np.array(first.joint_names),
             "rest_offsets": first.rest_offsets,
-            "licence": np.array("CC0-1.0; by Quaternius (Universal Animation Library), Mesh2Motion and a2v"),
+            "licence": np.array(
+                "CC0-1.0; by Quaternius (Universal Animation Library), Mesh2Motion and a2v"
+            ),
         },
         compress=True,
     )

@@ -2,8 +2,10 @@
 
     python scripts/make_gallery.py [FOLDER] [--out sheets] [--size 260]
 
-For every photo of FOLDER (by default ``$A2V_DATA/photos``): the photo, the character from front, left, back and right, and the same as clay; what the user
-is told, and the share of slabs (`a2v.lab.evaluation.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it too.
+For every photo of FOLDER (by default ``$A2V_DATA/photos``): the photo, the character from front,
+left, back and right, and the same as clay; what the user is told, and the share of slabs
+(`a2v.lab.evaluation.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it
+too.
 """
 
 from __future__ import annotations
@@ -32,19 +34,35 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def photos_of(folder: Path) -> list[Path]:
     """The photos of a folder; masks beside them are none."""
-    found = [path for path in folder.glob("*") if path.suffix.lower() in (".jpg", ".jpeg", ".png", ".webp")]
+    found = [
+        path
+        for path in folder.glob("*")
+        if path.suffix.lower() in (".jpg", ".jpeg", ".png", ".webp")
+    ]
     return sorted(path for path in found if not path.stem.endswith("_mask"))
 
 
 def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
-    """A photo beside its surface from four sides, coloured and as clay, and what is to be said of it."""
+    """A photo beside its surface from four sides, coloured and as clay, and what is to be said of
+    it."""
     store = Store()
-    outcome = run(["subject", "photo_body", "photo_camera", "colored_surface"], store=store, **video_parameters(store, photo, "Walk"))
+    outcome = run(
+        ["subject", "photo_body", "photo_camera", "colored_surface"],
+        store=store,
+        **video_parameters(store, photo, "Walk"),
+    )
     subject, surface, camera = (
-        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored_surface", Surface), ("photo_camera", PhotoCamera))
+        outcome.get(name, kind)
+        for name, kind in (
+            ("subject", Subject),
+            ("colored_surface", Surface),
+            ("photo_camera", PhotoCamera),
+        )
     )
     flat = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
-    share = slab_share(flat, flattened(outcome.get("photo_body", Body), camera), camera.flat, subject.mask)
+    share = slab_share(
+        flat, flattened(outcome.get("photo_body", Body), camera), camera.flat, subject.mask
+    )
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     seen = {"center": (low + high) / 2, "extent": 1.08 * float((high - low).max()), "size": size}
     crop = Image.fromarray(subject.image)
@@ -52,15 +70,25 @@ def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
     square = Image.new("RGB", (size, size), "white")
     square.paste(crop, ((size - crop.width) // 2, (size - crop.height) // 2))
     turns = (0.0, 90.0, 180.0, 270.0)
-    looks = [preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False)) for turn in turns]
-    clay = [preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False, plain=True)) for turn in turns]
+    looks = [
+        preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False))
+        for turn in turns
+    ]
+    clay = [
+        preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False, plain=True))
+        for turn in turns
+    ]
     notes = "; ".join(str(note) for note in outcome.notes)
-    return np.hstack([np.asarray(square), *looks, *clay]), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'nothing is told'}"
+    return np.hstack(
+        [np.asarray(square), *looks, *clay]
+    ), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'nothing is told'}"
 
 
 def main() -> int:
     """Write the gallery; print what is said of each photo, and its path."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     data = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     parser.add_argument("folder", nargs="?", type=Path, default=data / "photos")
     parser.add_argument("--out", type=Path, default=ROOT / "sheets")

@@ -28,22 +28,37 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def main() -> int:
     """Render and write."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--time", type=float, default=1.0, help="of the walk, seconds")
     parser.add_argument("--size", type=int, default=512)
     given = parser.parse_args()
     store, bars = Store(), Bars()
     outcome = run(
-        ["poses", "character"], store=store, progress=bars, **video_parameters(store, ROOT / "a2v" / "samples" / "person.jpg", "Walk")
+        ["poses", "character"],
+        store=store,
+        progress=bars,
+        **video_parameters(store, ROOT / "a2v" / "samples" / "person.jpg", "Walk"),
     )
     bars.close()
     character, poses = outcome.get("character", Character), outcome.get("poses", Poses)
-    vertices = deform(character, poses.bone_transforms[min(round(given.time * poses.fps), len(poses.bone_transforms) - 1)])
+    vertices = deform(
+        character,
+        poses.bone_transforms[min(round(given.time * poses.fps), len(poses.bone_transforms) - 1)],
+    )
     settings = RenderSettings(size=given.size, aspect="4:5", spp=16, views=("three",))
-    camera = follow_cameras(vertices[None], settings, cameras=(CameraPath(name="three", azimuth=30, elevation=8),))["three"][0]
-    pictures = [Renderer(character.surface, settings, read_look(look)).render(vertices, camera) for look in LOOKS]
+    camera = follow_cameras(
+        vertices[None], settings, cameras=(CameraPath(name="three", azimuth=30, elevation=8),)
+    )["three"][0]
+    pictures = [
+        Renderer(character.surface, settings, read_look(look)).render(vertices, camera)
+        for look in LOOKS
+    ]
     buffer = io.BytesIO()
-    Image.fromarray(np.asarray(contact_sheet(pictures, rows=1, cols=len(pictures), gap=0))).save(buffer, "jpeg", quality=88, optimize=True)
+    Image.fromarray(np.asarray(contact_sheet(pictures, rows=1, cols=len(pictures), gap=0))).save(
+        buffer, "jpeg", quality=88, optimize=True
+    )
     target = ROOT / "docs" / "images" / "looks.jpg"
     with atomic_path(target) as temporary:
         temporary.write_bytes(buffer.getvalue())

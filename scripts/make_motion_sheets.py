@@ -1,9 +1,12 @@
-"""Contact sheets of actions to be looked at, into an ignored folder: several seeds of each on the sample's character, hands near.
+"""Contact sheets of actions to be looked at, into an ignored folder: several seeds of each on the
+sample's character, hands near.
 
-    python scripts/make_motion_sheets.py [ACTION ...] [--model cmu-fine] [--seeds 3] [--frames 7] [--seconds 4] [--loops] [--hands]
+    python scripts/make_motion_sheets.py [ACTION ...] [--model cmu-fine] [--seeds 3] [--frames 7]
+    [--seconds 4] [--loops] [--hands]
 
-Without an ACTION all of the model's, a dozen a page. An ACTION may be several in turn ("Walk, then Salsa"): joins are seen so. `--loops` shows
-one cycle and its beginning again, `--hands` the left and the right hand of each picture instead.
+Without an ACTION all of the model's, a dozen a page. An ACTION may be several in turn ("Walk, then
+Salsa"): joins are seen so. `--loops` shows one cycle and its beginning again, `--hands` the left
+and the right hand of each picture instead.
 """
 
 from __future__ import annotations
@@ -43,34 +46,63 @@ LIGHT = {"triangles": 14000, "texture": 1024}
 def sample_character() -> Character:
     """The sample photo's, with few triangles."""
     store, bars = Store(), Bars()
-    outcome = run(["character"], store=store, progress=bars, **video_parameters(store, ROOT / "a2v" / "samples" / "person.jpg", "Walk"))
+    outcome = run(
+        ["character"],
+        store=store,
+        progress=bars,
+        **video_parameters(store, ROOT / "a2v" / "samples" / "person.jpg", "Walk"),
+    )
     bars.close()
     return lighter(outcome.get("character", Character), **LIGHT)
 
 
-def row(character: Character, model: MotionModel, prompt: str, seed: int, given: argparse.Namespace) -> np.ndarray:
+def row(
+    character: Character, model: MotionModel, prompt: str, seed: int, given: argparse.Namespace
+) -> np.ndarray:
     """Pictures (size, frames * size, 3) of a clip, over its length."""
     steps, _ = parse_prompt(prompt, Vocabulary.of(model.card))
     edit = Edit(loop=given.loops)
-    motion = make_motion(model, steps, Take(frames=round(given.seconds * FPS), fps=FPS, seed=seed), edit=edit)
+    motion = make_motion(
+        model, steps, Take(frames=round(given.seconds * FPS), fps=FPS, seed=seed), edit=edit
+    )
     moves = retarget_edited(motion, character.body, edit)
-    shown = np.linspace(0, len(moves) - (0 if given.loops else 1), given.frames).astype(int) % len(moves)
+    shown = np.linspace(0, len(moves) - (0 if given.loops else 1), given.frames).astype(int) % len(
+        moves
+    )
     rig = rig_of(character.body)
     pictures = []
     for at in shown:
-        surface: Surface = dataclasses.replace(character.surface, vertices=deform(character, moves[at]), face=None)
+        surface: Surface = dataclasses.replace(
+            character.surface, vertices=deform(character, moves[at]), face=None
+        )
         if given.hands:
             knuckles = [moves[at][rig.bones[f"{side}_wrist"], :3, 3] for side in reversed(SIDES)]
-            pictures += [preview_surface(surface, azimuth=20, size=given.size, center=place - [0, 0.06, 0], extent=0.34) for place in knuckles]
+            pictures += [
+                preview_surface(
+                    surface, azimuth=20, size=given.size, center=place - [0, 0.06, 0], extent=0.34
+                )
+                for place in knuckles
+            ]
         else:
             centre = moves[at][rig.bones["pelvis"], :3, 3] * [1, 0, 1] + [0, 0.9, 0]
-            pictures.append(preview_surface(surface, azimuth=given.azimuth, elevation=8, size=given.size, center=centre, extent=2.15))
+            pictures.append(
+                preview_surface(
+                    surface,
+                    azimuth=given.azimuth,
+                    elevation=8,
+                    size=given.size,
+                    center=centre,
+                    extent=2.15,
+                )
+            )
     return np.hstack(pictures)
 
 
 def main() -> int:
     """Write the pages; print their paths."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("actions", nargs="*", metavar="ACTION")
     parser.add_argument("--model", default="cmu-fine")
     parser.add_argument("--seeds", type=int, default=3)
@@ -88,11 +120,16 @@ def main() -> int:
     for first in range(0, len(asked), PAGE):
         rows = []
         for prompt in asked[first : first + PAGE]:
-            clips = np.hstack([row(character, model, prompt, seed, given) for seed in range(given.seeds)])
+            clips = np.hstack(
+                [row(character, model, prompt, seed, given) for seed in range(given.seeds)]
+            )
             title = Image.new("RGB", (clips.shape[1], 14), "white")
             ImageDraw.Draw(title).text((4, 1), prompt, fill="black")
             rows += [np.asarray(title), clips]
-        target = given.out / f"{given.model}{'_loops' * given.loops}{'_hands' * given.hands}_{first // PAGE:02d}.png"
+        target = (
+            given.out
+            / f"{given.model}{'_loops' * given.loops}{'_hands' * given.hands}_{first // PAGE:02d}.png"
+        )
         with atomic_path(target) as temporary:
             Image.fromarray(np.vstack(rows)).save(temporary)
         print(target, flush=True)

@@ -1,9 +1,11 @@
-"""What the page of `a2v serve` shows before anything is made: a stick figure for every action, and the sample person in four stages.
+"""What the page of `a2v serve` shows before anything is made: a stick figure for every action, and
+the sample person in four stages.
 
     python scripts/make_page_pictures.py [--figures] [--sample] [--cache FOLDER]
 
-Writes ``figures.json`` and ``sample.webp`` into ``pipelines/serve/page``. Figures are motions of the shipped models (seed 0), seen from
-half before; they take a minute. The sample person takes as long as a character does where the store does not have it.
+Writes ``figures.json`` and ``sample.webp`` into ``pipelines/serve/page``. Figures are motions of
+the shipped models (seed 0), seen from half before; they take a minute. The sample person takes as
+long as a character does where the store does not have it.
 """
 
 from __future__ import annotations
@@ -37,7 +39,20 @@ JOINTS = (
     "head", "neck", "pelvis", "left_shoulder", "left_elbow", "left_wrist", "right_shoulder", "right_elbow", "right_wrist", "left_hip", "left_knee",
     "left_ankle", "right_hip", "right_knee", "right_ankle",
 )  # fmt: skip
-BONES = ((0, 1), (1, 2), (3, 6), (3, 4), (4, 5), (6, 7), (7, 8), (9, 12), (9, 10), (10, 11), (12, 13), (13, 14))
+BONES = (
+    (0, 1),
+    (1, 2),
+    (3, 6),
+    (3, 4),
+    (4, 5),
+    (6, 7),
+    (7, 8),
+    (9, 12),
+    (9, 10),
+    (10, 11),
+    (12, 13),
+    (13, 14),
+)
 """Of the drawing, by places in `JOINTS`."""
 METRES = 2.4
 """What a picture shows, from the ground up and around the pelvis."""
@@ -46,26 +61,37 @@ ANGLE = np.radians(35.0)
 
 
 def figure(motion: Motion) -> str:
-    """A clip as bytes in base64: u and v of every joint of every frame in 255ths of the picture, v downwards."""
+    """A clip as bytes in base64: u and v of every joint of every frame in 255ths of the picture, v
+    downwards."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     places = canonical_joints(motion.joint_names, motion.parents.tolist())
-    speed = np.linalg.norm(np.diff(motion.joints - motion.joints[:, :1], axis=0), axis=-1).mean(axis=1)
+    speed = np.linalg.norm(np.diff(motion.joints - motion.joints[:, :1], axis=0), axis=-1).mean(
+        axis=1
+    )
     first = int(np.argmax(np.convolve(speed, np.ones(FRAMES - 1), "valid")))  # where most happens
     chosen_frames = motion.joints[first : first + FRAMES]
     told = skeleton.hips is not None  # a clip of the library faces +z as it is
-    joints = face_forward(chosen_frames, first_heading(chosen_frames, skeleton)) if told else chosen_frames
+    joints = (
+        face_forward(chosen_frames, first_heading(chosen_frames, skeleton))
+        if told
+        else chosen_frames
+    )
     joints = joints - joints[:, :1] * np.array([1.0, 0.0, 1.0])
     across = joints[..., 0] * np.cos(ANGLE) - joints[..., 2] * np.sin(ANGLE)
     chosen = [places[name] for name in JOINTS]
     u = 0.5 + across[:, chosen] / METRES
     v = 0.95 - joints[:, chosen, 1] / METRES
-    return base64.b64encode(np.clip(np.stack([u, v], axis=-1) * 255 + 0.5, 0, 255).astype(np.uint8).tobytes()).decode()
+    return base64.b64encode(
+        np.clip(np.stack([u, v], axis=-1) * 255 + 0.5, 0, 255).astype(np.uint8).tobytes()
+    ).decode()
 
 
 def figures() -> dict[str, object]:
     """The figures of all actions that the page offers."""
     names = sorted({action for model in MODELS for action in actions_of(model)})
-    found = {name: figure(plan_motion(name).make(Take(frames=MADE, fps=FPS, seed=0))) for name in names}
+    found = {
+        name: figure(plan_motion(name).make(Take(frames=MADE, fps=FPS, seed=0))) for name in names
+    }
     return {"frames": FRAMES, "fps": FPS, "joints": len(JOINTS), "bones": BONES, "actions": found}
 
 
@@ -73,7 +99,14 @@ def sample(cache: str | None, folder: Path) -> ByteArray:
     """The sample's photo, body, surface and colours in a row, (H, W, 3)."""
     store, photo = Store(cache), ROOT / "a2v" / "samples" / "person.jpg"
     drawn = pictures(folder, lambda _: None)
-    outcome = run("colored_surface", executor="serial", store=store, fresh=list(drawn), early=drawn, **photo_parameters(store, photo))
+    outcome = run(
+        "colored_surface",
+        executor="serial",
+        store=store,
+        fresh=list(drawn),
+        early=drawn,
+        **photo_parameters(store, photo),
+    )
     image = Image.fromarray(outcome.get("subject", Subject).image)
     image.thumbnail((SIDE, SIDE))
     row = [image, *(Image.open(path) for path in sorted(folder.glob("stage_*.jpg")))]
@@ -89,7 +122,9 @@ def main() -> None:
     """Make what is asked for, or both."""
     import tempfile
 
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--figures", action="store_true")
     parser.add_argument("--sample", action="store_true")
     parser.add_argument("--cache")
@@ -98,7 +133,10 @@ def main() -> None:
         with atomic_path(PAGE / "figures.json") as temporary:
             temporary.write_text(json.dumps(figures(), separators=(",", ":")) + "\n")
     if given.sample or not given.figures:
-        with tempfile.TemporaryDirectory() as folder, atomic_path(PAGE / "sample.webp") as temporary:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            atomic_path(PAGE / "sample.webp") as temporary,
+        ):
             Image.fromarray(sample(given.cache, Path(folder))).save(temporary, "webp", quality=80)
 
 

@@ -1,6 +1,8 @@
-"""``docs/images/page.webp``: the page of ``a2v serve`` with the sample person and a finished video, as Chromium shows it.
+"""``docs/images/page.webp``: the page of ``a2v serve`` with the sample person and a finished video,
+as Chromium shows it.
 
-    python scripts/make_page_shot.py [--folder FOLDER] [--cache FOLDER] [--out docs/images/page.webp]
+    python scripts/make_page_shot.py [--folder FOLDER] [--cache FOLDER] [--out
+    docs/images/page.webp]
 
 A folder of an earlier run is taken as it is; otherwise the sample person is made (minutes).
 """
@@ -46,25 +48,45 @@ def prepared(page: Page) -> None:
 
 def main() -> None:
     """Make the picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--cache")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images" / "page.webp")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as other:
-        command = [sys.executable, "-m", "pipelines", "serve", "--folder", str(given.folder or other), "--port", "0"]
-        process = subprocess.Popen(command + (["--cache", given.cache] if given.cache else []), cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        command = [
+            sys.executable,
+            "-m",
+            "pipelines",
+            "serve",
+            "--folder",
+            str(given.folder or other),
+            "--port",
+            "0",
+        ]
+        process = subprocess.Popen(
+            command + (["--cache", given.cache] if given.cache else []),
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         try:
             assert process.stdout is not None
             with sync_playwright() as engine:
                 flags = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-                page = engine.chromium.launch(executable_path=find_browser(), args=flags).new_page(viewport={"width": WIDTH, "height": HEIGHT})
+                page = engine.chromium.launch(executable_path=find_browser(), args=flags).new_page(
+                    viewport={"width": WIDTH, "height": HEIGHT}
+                )
                 page.set_default_timeout(120_000)
                 page.goto(process.stdout.readline().strip())
                 page.locator("body[data-ready=yes]").wait_for()
                 prepared(page)
                 page.get_by_role("tab", name="Character").first.click()
-                page.frame_locator(".panel iframe").first.locator("body[data-state=ready]").wait_for()
+                page.frame_locator(".panel iframe").first.locator(
+                    "body[data-state=ready]"
+                ).wait_for()
                 page.evaluate("scrollTo(0, 0)")
                 page.wait_for_timeout(3000)
                 with Image.open(io.BytesIO(page.screenshot())) as shot:

@@ -1,11 +1,14 @@
-"""Make sample avatars that anybody may ship (CC0): people that nobody is, dressed from MakeHuman's free wardrobe, photographed, and made into characters.
+"""Make sample avatars that anybody may ship (CC0): people that nobody is, dressed from MakeHuman's
+free wardrobe, photographed, and made into characters.
 
-It needs ``makehuman_cc0.zip`` in ``$A2V_DATA`` (default: ``../shared/data`` beside the repository). Each person is drawn by a number and a seed; the photo
-is rendered by the studio, and everything after that is what `a2v character` does with any photo.
+It needs ``makehuman_cc0.zip`` in ``$A2V_DATA`` (default: ``../shared/data`` beside the repository).
+Each person is drawn by a number and a seed; the photo is rendered by the studio, and everything
+after that is what `a2v character` does with any photo.
 
-    python scripts/make_sample_avatars.py --out avatars                                  # ten GLBs for TalkingHead, and a sheet
-    python scripts/make_sample_avatars.py --out avatars --formats glb,vrm,fbx,usdz       # in more formats
-    python scripts/make_sample_avatars.py --out avatars --numbers 3,7 --photos-only      # look at the people first
+    python scripts/make_sample_avatars.py --out avatars                                  # ten GLBs
+    for TalkingHead, and a sheet python scripts/make_sample_avatars.py --out avatars --formats
+    glb,vrm,fbx,usdz       # in more formats python scripts/make_sample_avatars.py --out avatars
+    --numbers 3,7 --photos-only      # look at the people first
 """
 
 from __future__ import annotations
@@ -40,14 +43,19 @@ RIGS = {"glb": "talkinghead", "fbx": "mixamo"}
 
 def photograph(person: Person, wardrobes: Wardrobes, path: Path, *, size: int, spp: int) -> None:
     """Write the photo of a person who stands with the arms a little away from the body."""
-    surface = dress(person, wardrobes).prepared.avatar.surface(a_pose(arms=38.0, feet=6.0, fingers=9.0))
+    surface = dress(person, wardrobes).prepared.avatar.surface(
+        a_pose(arms=38.0, feet=6.0, fingers=9.0)
+    )
     photo = take_portrait(surface, PortraitSettings(size=size, spp=spp))
     with atomic_path(path) as temporary:
         Image.fromarray(photo.image).save(temporary, quality=92)
 
 
-def make(photo: Path, out: Path, formats: list[str], *, triangles: int, texture: int) -> tuple[Character, dict[str, int]]:
-    """Write the character of a photo in each format; the character, and sizes in bytes by file name."""
+def make(
+    photo: Path, out: Path, formats: list[str], *, triangles: int, texture: int
+) -> tuple[Character, dict[str, int]]:
+    """Write the character of a photo in each format; the character, and sizes in bytes by file
+    name."""
     person = a2v.make_character(photo, triangles=triangles, texture=texture)
     sizes = {}
     for suffix in formats:
@@ -67,7 +75,10 @@ def look(surface: Surface, photo: Path, size: int = 300) -> np.ndarray:
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     seen = {"center": (low + high) / 2, "extent": 1.08 * float((high - low).max()), "size": size}
     style = PreviewStyle(shaded=False)
-    sides = [preview_surface(surface, azimuth=turn, **seen, style=style) for turn in (0.0, 90.0, 180.0, 270.0)]
+    sides = [
+        preview_surface(surface, azimuth=turn, **seen, style=style)
+        for turn in (0.0, 90.0, 180.0, 270.0)
+    ]
     first = np.asarray(Image.open(photo).convert("RGB").resize((size, size)))
     return np.concatenate([first, *sides], axis=1)
 
@@ -76,10 +87,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
     parser.add_argument("--numbers", default="0,1,2,3,4,5,6,7,8,9", help="which people, by number")
-    parser.add_argument("--formats", default="glb", help="suffixes of `a2v character --out`, with commas")
+    parser.add_argument(
+        "--formats", default="glb", help="suffixes of `a2v character --out`, with commas"
+    )
     parser.add_argument("--triangles", type=int, default=12_000)
     parser.add_argument("--texture", type=int, default=1024, help="pixels")
-    parser.add_argument("--size", type=int, default=1024, help="width and height of the photos, pixels")
+    parser.add_argument(
+        "--size", type=int, default=1024, help="width and height of the photos, pixels"
+    )
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel of the photos")
     parser.add_argument("--photos-only", action="store_true", help="take the photos, and stop")
     given = parser.parse_args(arguments)
@@ -96,7 +111,13 @@ def main(arguments: list[str] | None = None) -> int:
                 photograph(person, wardrobes, photo, size=given.size, spp=given.spp)
             if given.photos_only:
                 continue
-            character, made = make(photo, given.out, given.formats.split(","), triangles=given.triangles, texture=given.texture)
+            character, made = make(
+                photo,
+                given.out,
+                given.formats.split(","),
+                triangles=given.triangles,
+                texture=given.texture,
+            )
             sizes |= made
             rows.append(look(character.surface, photo))
         if rows:

@@ -1,7 +1,9 @@
-"""The commands that remake the tables of docs/results/motion_*.md; ``--run`` runs them, one after the other.
+"""The commands that remake the tables of docs/results/motion_*.md; ``--run`` runs them, one after
+the other.
 
-Without arguments the commands are listed with what they make. Rows that a table's JSON file has of the same weights, data and
-protocol are kept (`a2v evaluate`), so a second run is quick and a killed one goes on.
+Without arguments the commands are listed with what they make. Rows that a table's JSON file has of
+the same weights, data and protocol are kept (`a2v evaluate`), so a second run is quick and a killed
+one goes on.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the papers: its name, the data set, the shipped models that are its rows, and what else `a2v evaluate` is asked for."""
+    """A table of the papers: its name, the data set, the shipped models that are its rows, and what
+    else `a2v evaluate` is asked for."""
 
     name: str
     about: str
@@ -28,7 +31,17 @@ class Table:
     def command(self, data: str, out: Path) -> list[str]:
         """The arguments of a2v."""
         rows = [part for model in self.models for part in ("--model", model)]
-        return ["evaluate", "--dataset", self.dataset, "--data", data, *rows, *self.more, "--out", str(out / f"{self.name}.md")]
+        return [
+            "evaluate",
+            "--dataset",
+            self.dataset,
+            "--data",
+            data,
+            *rows,
+            *self.more,
+            "--out",
+            str(out / f"{self.name}.md"),
+        ]
 
 
 VAES = ("humanact12-plain", "humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")
@@ -42,11 +55,18 @@ TABLES = (
 def main() -> int:
     """List the commands, or run them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--run", action="store_true", help="run them (about an hour of a core each)")
+    parser.add_argument(
+        "--run", action="store_true", help="run them (about an hour of a core each)"
+    )
     parser.add_argument("--only", choices=[table.name for table in TABLES], help="one table")
     parser.add_argument("--data", default="../shared/data")
     parser.add_argument("--out", type=Path, default=Path("runs/tables"))
-    parser.add_argument("--model", action="append", default=[], help="one more row: an .onnx or a baseline.pt of the table's data set")
+    parser.add_argument(
+        "--model",
+        action="append",
+        default=[],
+        help="one more row: an .onnx or a baseline.pt of the table's data set",
+    )
     parser.add_argument("--repeats", type=int, default=20)
     options = parser.parse_args()
     if options.model and options.only is None:
@@ -55,7 +75,12 @@ def main() -> int:
         if options.only not in (None, table.name):
             continue
         more = [part for model in options.model for part in ("--model", model)]
-        command = [*table.command(options.data, options.out), *more, "--repeats", str(options.repeats)]
+        command = [
+            *table.command(options.data, options.out),
+            *more,
+            "--repeats",
+            str(options.repeats),
+        ]
         print(f"# {table.about}\na2v {' '.join(command)}", flush=True)
         if options.run:
             subprocess.run([sys.executable, "-m", "pipelines", *command], check=True, cwd=ROOT)

@@ -1,11 +1,15 @@
-"""Makes the tables of words that prompts are read with, out of WordNet 3.0's database (Debian's package ``wordnet-base``, its licence is in ``a2v/motion/words.licence.txt``).
+"""Makes the tables of words that prompts are read with, out of WordNet 3.0's database (Debian's
+package ``wordnet-base``, its licence is in ``a2v/motion/words.licence.txt``).
 
     apt-get download wordnet-base && dpkg-deb -x wordnet-base_*.deb wn
     python scripts/make_word_tables.py wn/usr/share/wordnet
 
-- ``a2v/motion/words.txt.gz``: a line a stem, with what it can be, the most frequent first: ``v`` a verb, ``n`` a noun of an act or an event, ``o`` of a thing, ``m`` of an animal,
-  ``c`` of a person, place, time, group, quality or feeling, ``j`` an adjective, ``r`` an adverb; ``x``: two words that mean something of their own (``sit up``).
-- ``a2v/motion/senses.csv``: verbs that are a kind of, or another word for, one of `VERBS`, and animals that are a kind of one of `ANIMALS`.
+- ``a2v/motion/words.txt.gz``: a line a stem, with what it can be, the most frequent first: ``v`` a
+  verb, ``n`` a noun of an act or an event, ``o`` of a thing, ``m`` of an animal, ``c`` of a person,
+  place, time, group, quality or feeling, ``j`` an adjective, ``r`` an adverb; ``x``: two words that
+  mean something of their own (``sit up``).
+- ``a2v/motion/senses.csv``: verbs that are a kind of, or another word for, one of `VERBS`, and
+  animals that are a kind of one of `ANIMALS`.
 """
 
 from __future__ import annotations
@@ -26,16 +30,62 @@ VERBS = {
     "clean": 1, "sweep": 1, "carry": 1, "stretch": 1, "die": 1, "fly": 1, "box": 3, "clap": 2, "wave": 1, "whirl": 2, "laugh": 1, "cry": 2,
 }  # fmt: skip
 """Verbs that actions are called by, and their sense in WordNet."""
-ANIMALS = {"monkey": 1, "chicken": 2, "bear": 1, "cat": 1, "dog": 1, "elephant": 1, "mouse": 1, "snake": 1, "whale": 2, "penguin": 1, "squirrel": 1, "fish": 1, "dinosaur": 1}
+ANIMALS = {
+    "monkey": 1,
+    "chicken": 2,
+    "bear": 1,
+    "cat": 1,
+    "dog": 1,
+    "elephant": 1,
+    "mouse": 1,
+    "snake": 1,
+    "whale": 2,
+    "penguin": 1,
+    "squirrel": 1,
+    "fish": 1,
+    "dinosaur": 1,
+}
 MISLEADING = frozenset(
-    ["squat", "hunker", "sing", "hymn", "hum", "chant", "carol", "choir", "croon", "cantillate", "solmizate", "vocalise", "warble", "yodel", "descant", "madrigal", "psalm", "snap", "belt", "bay", "mouse", "channel", "puddle", "reel", "down", "sling", "egg"]
+    [
+        "squat",
+        "hunker",
+        "sing",
+        "hymn",
+        "hum",
+        "chant",
+        "carol",
+        "choir",
+        "croon",
+        "cantillate",
+        "solmizate",
+        "vocalise",
+        "warble",
+        "yodel",
+        "descant",
+        "madrigal",
+        "psalm",
+        "snap",
+        "belt",
+        "bay",
+        "mouse",
+        "channel",
+        "puddle",
+        "reel",
+        "down",
+        "sling",
+        "egg",
+    ]
 )
 """Words that are kinds of another by the dictionary, and look otherwise."""
 SENSES_TRIED = 1
 """Of a word's senses, the most frequent ones that count."""
 DEEPEST = 3
 """How many kinds of kinds are followed."""
-CLASSES = dict.fromkeys(("04", "11"), "n") | {"05": "m"} | dict.fromkeys(("06", "08", "10", "13", "17", "20", "27"), "o")
+CLASSES = (
+    dict.fromkeys(("04", "11"), "n")
+    | {"05": "m"}
+    | dict.fromkeys(("06", "08", "10", "13", "17", "20", "27"), "o")
+)
 """Lexicographers' files of nouns to the letters above; all others are ``c``."""
 
 
@@ -60,12 +110,17 @@ def read_data(folder: Path, part: str) -> dict[str, tuple[str, list[str], list[s
         words = [word.lower() for word in fields[4 : 4 + 2 * count : 2]]
         at = 4 + 2 * count
         pointers = [fields[at + 1 + 4 * k : at + 5 + 4 * k] for k in range(int(fields[at]))]
-        found[fields[0]] = (fields[1], words, [place for sign, place, kind, _ in pointers if sign in ("@", "@i") and kind == part[0]])
+        found[fields[0]] = (
+            fields[1],
+            words,
+            [place for sign, place, kind, _ in pointers if sign in ("@", "@i") and kind == part[0]],
+        )
     return found
 
 
 def frequencies(folder: Path) -> Counter[tuple[str, str]]:
-    """How often a word was met as a part of speech ("1" noun, "2" verb, "3" and "5" adjective, "4" adverb)."""
+    """How often a word was met as a part of speech ("1" noun, "2" verb, "3" and "5" adjective, "4"
+    adverb)."""
     counts: Counter[tuple[str, str]] = Counter()
     for line in (folder / "cntlist.rev").read_text("latin-1").splitlines():
         key, _, count = line.split()
@@ -87,10 +142,17 @@ def word_table(folder: Path) -> list[str]:
                 continue
             own = letter or CLASSES.get(data[places[0]][0], "c")
             classes[root(word)][own] += counts[word, digit] + 1
-    lines = [f"{stem} {''.join(letter for letter, _ in letters.most_common(3))}" for stem, letters in classes.items()]
+    lines = [
+        f"{stem} {''.join(letter for letter, _ in letters.most_common(3))}"
+        for stem, letters in classes.items()
+    ]
     for word, places in nouns.items():
         halves = word.replace("-", "_").split("_")
-        if len(halves) == 2 and all(half.isalpha() for half in halves) and CLASSES.get(data[places[0]][0]) == "n":
+        if (
+            len(halves) == 2
+            and all(half.isalpha() for half in halves)
+            and CLASSES.get(data[places[0]][0]) == "n"
+        ):
             pair = [root(half) for half in halves]
             if heads & set(pair):
                 lines.append(f"{'_'.join(pair)} x")
@@ -114,12 +176,17 @@ def senses(folder: Path) -> list[dict[str, str]]:
                         rows[word] = (depth, hit)
                     break
                 level, depth = [above for place in level for above in data[place][2]], depth + 1
-    return [{"word": word, "means": hit, "relation": "same" if depth == 0 else "kind"} for word, (depth, hit) in sorted(rows.items())]
+    return [
+        {"word": word, "means": hit, "relation": "same" if depth == 0 else "kind"}
+        for word, (depth, hit) in sorted(rows.items())
+    ]
 
 
 def main() -> None:
     """Write both tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
     lines, rows = word_table(folder), senses(folder)

@@ -14,7 +14,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The folder of real data (`A2V_DATA`, else ``../shared/data``); tests that need it skip without it."""
+    """The folder of real data (`A2V_DATA`, else ``../shared/data``); tests that need it skip
+    without it."""
     folder = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     if not folder.is_dir():
         pytest.skip(f"real data not present: {folder} does not exist (set A2V_DATA)")
@@ -23,7 +24,8 @@ def data_dir() -> Path:
 
 @pytest.fixture(autouse=True)
 def _threads() -> Iterator[None]:
-    """PyTorch has as many threads after a test as before: with more, later tests of the same process would wait for the other workers' cores."""
+    """PyTorch has as many threads after a test as before: with more, later tests of the same
+    process would wait for the other workers' cores."""
     torch = sys.modules.get("torch")
     before = torch.get_num_threads() if torch else None
     yield

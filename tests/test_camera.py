@@ -15,7 +15,9 @@ FLAT = OrthographicCamera(scale=400.0, center_u=300.0, center_v=700.0)
 
 
 def camera(distance: float = 2.0, pitch: float = 0.25) -> PhotoCamera:
-    return PhotoCamera(flat=FLAT, aim=(0.1, 0.9, 0.05), distance=distance, pitch=pitch, source="test")
+    return PhotoCamera(
+        flat=FLAT, aim=(0.1, 0.9, 0.05), distance=distance, pitch=pitch, source="test"
+    )
 
 
 def person(seed: int = 0) -> np.ndarray:
@@ -25,16 +27,24 @@ def person(seed: int = 0) -> np.ndarray:
 def test_the_way_back_undoes_the_way_there() -> None:
     points = person()
     np.testing.assert_allclose(camera().raised(camera().flatten(points)), points, atol=1e-9)
-    np.testing.assert_allclose(camera().flatten(points)[:, 2], points[:, 2])  # depth stays depth over the floor
+    np.testing.assert_allclose(
+        camera().flatten(points)[:, 2], points[:, 2]
+    )  # depth stays depth over the floor
 
 
 def test_it_sees_what_a_renderers_camera_sees() -> None:
     own, points, size = camera(), person(1), 800
     origin = (own.aim[0], own.height, own.aim[2] + own.distance)
     away = own.distance / np.cos(own.pitch)
-    view = ViewCamera(origin=origin, target=own.aim, fov=float(np.degrees(2 * np.arctan(size / 2 / (own.scale * away)))))
+    view = ViewCamera(
+        origin=origin,
+        target=own.aim,
+        fov=float(np.degrees(2 * np.arctan(size / 2 / (own.scale * away)))),
+    )
     axis = own.project(np.array(own.aim))
-    np.testing.assert_allclose(own.project(points) - axis, view.project(points, size) - size / 2, atol=1e-2)
+    np.testing.assert_allclose(
+        own.project(points) - axis, view.project(points, size) - size / 2, atol=1e-2
+    )
 
 
 def test_what_is_seen_first_in_the_flat_frame_is_nearer_to_the_camera() -> None:
@@ -56,7 +66,9 @@ def test_a_distance_of_0_is_orthographic_and_so_is_a_very_large_one() -> None:
 
 def test_moving_the_world_and_the_camera_changes_no_pixel() -> None:
     points, shift = person(4), np.array([0.3, -0.2, 0.5])
-    np.testing.assert_allclose(camera().moved(shift).project(points + shift), camera().project(points), atol=1e-9)
+    np.testing.assert_allclose(
+        camera().moved(shift).project(points + shift), camera().project(points), atol=1e-9
+    )
 
 
 def test_it_looks_down_by_its_pitch_along_its_axis_and_less_at_heads() -> None:
@@ -75,7 +87,9 @@ def test_it_is_kept_in_a_file(tmp_path: Path) -> None:
     assert PhotoCamera.load(tmp_path / "camera.npz") == camera()
 
 
-@pytest.mark.parametrize("wrong", [{"distance": -1.0}, {"distance": np.inf}, {"pitch": 2.0}, {"aim": (0.0, 1.0)}])
+@pytest.mark.parametrize(
+    "wrong", [{"distance": -1.0}, {"distance": np.inf}, {"pitch": 2.0}, {"aim": (0.0, 1.0)}]
+)
 def test_impossible_cameras_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(InputError):
         PhotoCamera(flat=FLAT, **wrong)  # type: ignore[arg-type]

@@ -26,7 +26,8 @@ def _own_store(tmp_path_factory, monkeypatch):
 
 
 def fails(capsys, *arguments: object, code: int = 2) -> str:
-    """Run a command that must fail; returns its only line on standard error, beside what it understood of the action."""
+    """Run a command that must fail; returns its only line on standard error, beside what it
+    understood of the action."""
     assert main([str(argument) for argument in arguments]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -56,7 +57,9 @@ HEAVY = (
 
 def test_help_imports_nothing_heavy():
     code = "import sys; from pipelines.cli import main; main(['--help']); print(*sys.modules)"
-    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    result = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     *shown, modules = result.stdout.splitlines()
     assert all(name in "\n".join(shown) for name in available())
     assert not set(HEAVY) & set(modules.split())
@@ -83,7 +86,9 @@ def test_without_a_command_it_shows_the_overview(capsys):
 def test_unknown_words_name_the_nearest(capsys, tmp_path):
     assert "did you mean video?" in fails(capsys, "vidoe")
     assert "--frmaes" in fails(capsys, "actions", "--frmaes", 3)
-    line = fails(capsys, "video", "--photo", SAMPLE, "--action", "Walk", "--out", tmp_path, "--from", "fraem")
+    line = fails(
+        capsys, "video", "--photo", SAMPLE, "--action", "Walk", "--out", tmp_path, "--from", "fraem"
+    )
     assert "did you mean frame" in line
     line = fails(capsys, "data", "kitti", "--data", tmp_path)
     assert "'kitti'" in line
@@ -91,21 +96,39 @@ def test_unknown_words_name_the_nearest(capsys, tmp_path):
     assert "'lots'" in fails(capsys, "cache", "--trim", "lots")
 
 
-needs_model = pytest.mark.skipif(not (WEIGHTS / BUNDLED["cmu"]).exists(), reason="the shipped motion model is not in this checkout")
+needs_model = pytest.mark.skipif(
+    not (WEIGHTS / BUNDLED["cmu"]).exists(),
+    reason="the shipped motion model is not in this checkout",
+)
 
 
 @needs_model
 def test_actions_lists_the_labels_in_order(capsys):
     assert main(["actions", "--model", "cmu"]) == 0
-    assert capsys.readouterr().out.splitlines() == ["Walk", "Wash", "Run", "Jump", "Animal Behavior", "Dance", "Step", "Climb"]
+    assert capsys.readouterr().out.splitlines() == [
+        "Walk",
+        "Wash",
+        "Run",
+        "Jump",
+        "Animal Behavior",
+        "Dance",
+        "Step",
+        "Climb",
+    ]
 
 
 @needs_model
 def test_an_unknown_action_names_the_nearest(capsys, tmp_path):
-    assert "Jump" in fails(capsys, "video", "--photo", SAMPLE, "--action", "jumble", "--out", tmp_path / "o")
+    assert "Jump" in fails(
+        capsys, "video", "--photo", SAMPLE, "--action", "jumble", "--out", tmp_path / "o"
+    )
     assert "Walk" in fails(capsys, "motion", "--action", "walnut", "--out", tmp_path / "w.npz")
-    assert "none of the actions" in fails(capsys, "motion", "--model", "cmu", "--action", "boxing", "--out", tmp_path / "w.npz")
-    assert "none of the actions" in fails(capsys, "motion", "--action", "quidditch", "--out", tmp_path / "w.npz")
+    assert "none of the actions" in fails(
+        capsys, "motion", "--model", "cmu", "--action", "boxing", "--out", tmp_path / "w.npz"
+    )
+    assert "none of the actions" in fails(
+        capsys, "motion", "--action", "quidditch", "--out", tmp_path / "w.npz"
+    )
     assert "no action given" in fails(capsys, "video", "--photo", SAMPLE, "--out", tmp_path / "o")
     assert "motion model 'nix'" in fails(capsys, "actions", "--model", "nix")
     assert not (tmp_path / "o").exists()
@@ -118,7 +141,10 @@ def test_motion_files(tmp_path, capsys, suffix):
     from a2v.rendering import probe_video
 
     out = tmp_path / f"walk{suffix}"
-    assert main(["motion", "--action", "Walk", "--frames", "24", "--seed", "3", "--out", str(out)]) == 0
+    assert (
+        main(["motion", "--action", "Walk", "--frames", "24", "--seed", "3", "--out", str(out)])
+        == 0
+    )
     assert capsys.readouterr().out.split() == [str(out)]
     if suffix == ".mp4":
         assert probe_video(out).frames == 24
@@ -132,13 +158,49 @@ def test_motion_files(tmp_path, capsys, suffix):
 def test_many_motions(tmp_path, capsys):
     from a2v.types import Motion
 
-    assert main(["motion", "--action", "Walk", "--frames", "10", "--count", "3", "--out", str(tmp_path / "w.npz")]) == 0
+    assert (
+        main(
+            [
+                "motion",
+                "--action",
+                "Walk",
+                "--frames",
+                "10",
+                "--count",
+                "3",
+                "--out",
+                str(tmp_path / "w.npz"),
+            ]
+        )
+        == 0
+    )
     assert Motion.load(tmp_path / "w.npz").joints.shape[:2] == (3, 10)
-    assert main(["motion", "--action", "Walk", "--frames", "10", "--count", "2", "--out", str(tmp_path / "w.bvh")]) == 0
+    assert (
+        main(
+            [
+                "motion",
+                "--action",
+                "Walk",
+                "--frames",
+                "10",
+                "--count",
+                "2",
+                "--out",
+                str(tmp_path / "w.bvh"),
+            ]
+        )
+        == 0
+    )
     assert sorted(path.name for path in tmp_path.glob("*.bvh")) == ["w_000.bvh", "w_001.bvh"]
-    assert "count is 0" in fails_quietly(capsys, "motion", "--action", "Walk", "--count", "0", "--out", tmp_path / "x.npz")
-    assert "frames is 0" in fails_quietly(capsys, "motion", "--action", "Walk", "--frames", "0", "--out", tmp_path / "x.npz")
-    assert "ends in" in fails_quietly(capsys, "motion", "--action", "Walk", "--out", tmp_path / "x.fbx")
+    assert "count is 0" in fails_quietly(
+        capsys, "motion", "--action", "Walk", "--count", "0", "--out", tmp_path / "x.npz"
+    )
+    assert "frames is 0" in fails_quietly(
+        capsys, "motion", "--action", "Walk", "--frames", "0", "--out", tmp_path / "x.npz"
+    )
+    assert "ends in" in fails_quietly(
+        capsys, "motion", "--action", "Walk", "--out", tmp_path / "x.fbx"
+    )
     assert not list(tmp_path.glob("x.*"))
 
 
@@ -148,8 +210,21 @@ def fails_quietly(capsys, *arguments: object) -> str:
 
 
 def video(out: Path, **options: object) -> list[str]:
-    given = {"photo": SAMPLE, "out": out, "frames": 2, "size": 64, "views": "front", "spp": 1, "executor": "serial", **options}
-    return ["video", "--quiet", *(str(word) for name, value in given.items() for word in (f"--{name}", value))]
+    given = {
+        "photo": SAMPLE,
+        "out": out,
+        "frames": 2,
+        "size": 64,
+        "views": "front",
+        "spp": 1,
+        "executor": "serial",
+        **options,
+    }
+    return [
+        "video",
+        "--quiet",
+        *(str(word) for name, value in given.items() for word in (f"--{name}", value)),
+    ]
 
 
 def write(path: Path, data: bytes | str) -> Path:
@@ -202,7 +277,9 @@ def noise_photo() -> bytes:
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(np.random.default_rng(0).integers(0, 255, (256, 256, 3), dtype=np.uint8)).save(buffer, "png")
+    Image.fromarray(np.random.default_rng(0).integers(0, 255, (256, 256, 3), dtype=np.uint8)).save(
+        buffer, "png"
+    )
     return buffer.getvalue()
 
 
@@ -215,8 +292,18 @@ def walk(tmp_path) -> Path:
 
     rotations = np.zeros((2, 20, 3), np.float32)
     root = np.tile(np.float32([0, 1, 0]), (2, 1))
-    joints = forward_kinematics(rotations, root, np.full(20, 0.2, np.float32), CMU).astype(np.float32)
-    motion = Motion(joints=joints, rotations=rotations, root=root, fps=12, parents=CMU.parents, joint_names=CMU.joint_names, skeleton="cmu")
+    joints = forward_kinematics(rotations, root, np.full(20, 0.2, np.float32), CMU).astype(
+        np.float32
+    )
+    motion = Motion(
+        joints=joints,
+        rotations=rotations,
+        root=root,
+        fps=12,
+        parents=CMU.parents,
+        joint_names=CMU.joint_names,
+        skeleton="cmu",
+    )
     motion.save(tmp_path / "walk.npz")
     return tmp_path / "walk.npz"
 
@@ -269,7 +356,9 @@ def test_an_output_that_cannot_be_written_is_told_at_once(tmp_path, capsys, walk
     assert "it is a file" in fails(capsys, *video(blocked, motion=walk))
     assert str(blocked) in fails(capsys, *video(blocked / "deeper", motion=walk))
     assert "--out" in fails(capsys, *video(Path("/proc/nowhere"), motion=walk))
-    assert "cannot write" in fails(capsys, "dag", "--out", "/proc/nowhere/dag.svg", "--drawer", "matplotlib")
+    assert "cannot write" in fails(
+        capsys, "dag", "--out", "/proc/nowhere/dag.svg", "--drawer", "matplotlib"
+    )
     assert not list(Path(os.environ["A2V_CACHE"]).glob("calls/*")), "no node has run"
 
 
@@ -278,7 +367,12 @@ def tiny_disk(tmp_path):
     """A file system of 64 kB, which only root can make."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
+    if (
+        os.geteuid() != 0
+        or subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True
+        ).returncode
+    ):
         pytest.skip("needs root and mount to make a full disk")
     yield disk
     subprocess.run(["umount", disk], check=True)
@@ -286,7 +380,10 @@ def tiny_disk(tmp_path):
 
 def test_a_full_disk_is_one_line_and_leaves_nothing(tiny_disk, tmp_path, capsys, walk):
     (tiny_disk / "filler").write_bytes(b"x" * 60_000)
-    assert "space" in fails(capsys, "dag", "--out", tiny_disk / "dag.png", "--drawer", "matplotlib").lower()
+    assert (
+        "space"
+        in fails(capsys, "dag", "--out", tiny_disk / "dag.png", "--drawer", "matplotlib").lower()
+    )
     assert [path.name for path in tiny_disk.iterdir()] == ["filler"]
     line = fails(capsys, *video(tmp_path / "out", motion=walk, cache=tiny_disk / "store"))
     assert "No space left" in line or "disk is full" in line
@@ -311,13 +408,18 @@ def test_the_picture_of_the_graph(tmp_path, capsys, drawer):
     assert main(["dag", "--out", str(out), "--drawer", drawer]) == 0
     text = out.read_text()
     if drawer == "dot":  # matplotlib draws letters as shapes
-        assert all(f">{name}<" in text for name in ("subject", "vertices[t]", "frame[t, c]", "clip[c]", "video"))
+        assert all(
+            f">{name}<" in text
+            for name in ("subject", "vertices[t]", "frame[t, c]", "clip[c]", "video")
+        )
     assert text.rstrip().endswith("</svg>")
     assert "expected .svg" in fails_quietly(capsys, "dag", "--out", tmp_path / "dag.gif")
 
 
 def test_settings_from_a_file_have_the_names_of_the_options(tmp_path, capsys, walk):
-    config = write(tmp_path / "a.yaml", f"photo: {SAMPLE}\nmotion: {walk}\nout: {tmp_path / 'out'}\nsize: 63\n")
+    config = write(
+        tmp_path / "a.yaml", f"photo: {SAMPLE}\nmotion: {walk}\nout: {tmp_path / 'out'}\nsize: 63\n"
+    )
     assert "size is 63" in fails(capsys, "video", "--config", config)
     write(config, "sise: 64\n")
     assert "sise" in fails(capsys, "video", "--config", config)

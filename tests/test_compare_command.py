@@ -27,7 +27,10 @@ def made(tmp_path_factory):
     faces = load_body_model("anny").faces
     corners = int(faces.max()) + 1
     lines = [f"vt {index / corners} {index % 100 / 100}" for index in range(corners)]
-    lines += ["f " + " ".join(f"{corner + 1}/{corner + 1}/1" for corner in face) for face in faces.tolist()]
+    lines += [
+        "f " + " ".join(f"{corner + 1}/{corner + 1}/1" for corner in face)
+        for face in faces.tolist()
+    ]
     (folder / "mapper.txt").write_text("\n".join(lines))
     given = {
         "--photo": SAMPLE, "--action": "Walk", "--methods": ",".join(METHODS), "--frames": FRAMES, "--views": ",".join(VIEWS), "--size": 64,
@@ -36,7 +39,13 @@ def made(tmp_path_factory):
         "--survey": folder / "survey.html", "--out": folder / "sheet.html",
     }  # fmt: skip
     words = [str(word) for pair in given.items() for word in pair]
-    result = subprocess.run([sys.executable, "-m", "pipelines", "compare", *words], cwd=ROOT, capture_output=True, text=True, timeout=1200)
+    result = subprocess.run(
+        [sys.executable, "-m", "pipelines", "compare", *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=1200,
+    )
     assert result.returncode == 0, result.stderr
     return folder, result
 
@@ -56,7 +65,10 @@ def test_the_page_has_every_methods_videos_and_the_same_frames(made):
 @pytest.mark.slow
 def test_the_study_shows_the_same_videos_and_its_answers_are_counted(made):
     folder, result = made
-    assert result.stdout.splitlines()[-2:] == [str(folder / "survey.html"), str(folder / "survey.key.json")]
+    assert result.stdout.splitlines()[-2:] == [
+        str(folder / "survey.html"),
+        str(folder / "survey.key.json"),
+    ]
     key = read_key(folder / "survey.key.json")
     assert sorted(clip["source"] for clip in key["clips"].values()) == sorted(METHODS * len(VIEWS))
     study, page = (folder / "survey.html").read_text(), (folder / "sheet.html").read_text()
@@ -65,15 +77,43 @@ def test_the_study_shows_the_same_videos_and_its_answers_are_counted(made):
     best = {name: sorted(question["clips"], key=lambda clip: METHODS.index(key["clips"][clip]["source"])) for name, question in
             ((question["id"], question) for question in key["questions"])}  # fmt: skip
     answers = [{"question": name, "ranking": ranking} for name, ranking in best.items()]
-    told = {"format": "a2v-survey-answers/1", "survey": key["survey"], "participant": "p1", "answers": answers}
+    told = {
+        "format": "a2v-survey-answers/1",
+        "survey": key["survey"],
+        "participant": "p1",
+        "answers": answers,
+    }
     counted = analyse(key, [told])
     assert counted.ranks["pifu"][0] == counted.ranks["mirror"][-1] == len(VIEWS)
     (folder / "answers.json").write_text(json.dumps(told))
-    words = ["survey", "--analyse", folder / "answers.json", "--key", folder / "survey.key.json", "--out", folder / "result.md"]
+    words = [
+        "survey",
+        "--analyse",
+        folder / "answers.json",
+        "--key",
+        folder / "survey.key.json",
+        "--out",
+        folder / "result.md",
+    ]
     assert main([str(word) for word in words]) == 0
     assert "liquid" in (folder / "result.md").read_text()
 
 
 def test_liquid_warping_needs_its_files(tmp_path, capsys):
-    assert main(["compare", "--photo", str(SAMPLE), "--action", "Walk", "--methods", "liquid", "--out", str(tmp_path / "a.html")]) == 2
+    assert (
+        main(
+            [
+                "compare",
+                "--photo",
+                str(SAMPLE),
+                "--action",
+                "Walk",
+                "--methods",
+                "liquid",
+                "--out",
+                str(tmp_path / "a.html"),
+            ]
+        )
+        == 2
+    )
     assert "--liquid-generator FILE, --liquid-uv FILE" in capsys.readouterr().err

@@ -32,7 +32,9 @@ COMP_WORDS=({" ".join(f"'{word}'" for word in words)}); COMP_CWORD={len(words) -
 "$(complete -p a2v | sed 's/.*-F \\([^ ]*\\).*/\\1/')" a2v "${{COMP_WORDS[COMP_CWORD]}}" ''
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
-    done = subprocess.run(["bash", "-c", text], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        ["bash", "-c", text], capture_output=True, text=True, check=True, timeout=60
+    )
     return {line.strip() for line in done.stdout.splitlines()}
 
 
@@ -79,13 +81,23 @@ def script_for(shell, command_line):
 
 def test_fish_completes_the_same(command_line, folder):
     (folder / "a2v.fish").write_text(script_for("fish", command_line))
-    code = "source a2v.fish; " + "; ".join(f"echo '== {line}'; complete -C '{line}'" for line in ASKED)
+    code = "source a2v.fish; " + "; ".join(
+        f"echo '== {line}'; complete -C '{line}'" for line in ASKED
+    )
     home = {"HOME": str(folder), "XDG_CONFIG_HOME": str(folder), "XDG_DATA_HOME": str(folder)}
     done = subprocess.run(
-        ["fish", "--no-config", "-c", code], cwd=folder, env={**os.environ, **home}, capture_output=True, text=True, check=True, timeout=60
+        ["fish", "--no-config", "-c", code],
+        cwd=folder,
+        env={**os.environ, **home},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
     )
     parts = (part.partition("\n") for part in done.stdout.split("== ")[1:])
-    offered = {line: {word.partition("\t")[0] for word in words.splitlines()} for line, _, words in parts}
+    offered = {
+        line: {word.partition("\t")[0] for word in words.splitlines()} for line, _, words in parts
+    }
     assert {line for line, word in ASKED.items() if word not in offered[line]} == set()
 
 
@@ -96,7 +108,13 @@ def test_zsh_completes_the_same(command_line, folder):
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 300, 0, 0))
     environment = {**os.environ, "TERM": "dumb", "HOME": str(folder), "ZDOTDIR": str(folder)}
     shell = subprocess.Popen(
-        ["zsh", "-f", "-i"], cwd=folder, env=environment, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True
+        ["zsh", "-f", "-i"],
+        cwd=folder,
+        env=environment,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
     )
     seen = ""
 
@@ -109,7 +127,10 @@ def test_zsh_completes_the_same(command_line, folder):
                 seen += os.read(ours, 65536).decode(errors="replace")
 
     try:
-        os.write(ours, b"PROMPT=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; bindkey -e; echo READ''Y\n")
+        os.write(
+            ours,
+            b"PROMPT=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; bindkey -e; echo READ''Y\n",
+        )
         until("READY")
         for line, word in ASKED.items():
             os.write(ours, f"{line}\t\x01echo G''OT \n".encode())

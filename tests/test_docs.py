@@ -31,7 +31,9 @@ def each_page(pages: list[Path] = PAGES) -> pytest.MarkDecorator:
 
 def blocks(page: Path, language: str) -> list[str]:
     """The fenced blocks of a page in `language` ("" for those without a name)."""
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found = re.findall(
+        r"^```(\w*)\n(.*?)^```$", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+    )
     return [text for name, text in found if name == language]
 
 
@@ -57,13 +59,28 @@ def _is_module(name: str) -> bool:
 
 def commands(page: Path) -> list[list[str]]:
     """The words of every whole command ``a2v ...`` on a page, in blocks and in the text."""
-    lines = [line.strip() for block in blocks(page, "") for line in block.replace("\\\n", " ").splitlines()]
+    lines = [
+        line.strip()
+        for block in blocks(page, "")
+        for line in block.replace("\\\n", " ").splitlines()
+    ]
     lines += re.findall(
-        r"`(a2v [^`]*--[^`]*)`", re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        r"`(a2v [^`]*--[^`]*)`",
+        re.sub(
+            r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+        ),
     )
-    found = [shlex.split(line.removeprefix(".venv/bin/")[4:], comments=True) for line in lines if re.match(r"(\.venv/bin/)?a2v ", line)]
-    found = [words[: words.index(">")] if ">" in words else words for words in found]  # what the shell takes for itself
-    return [words for words in found if not {"...", "--help", "--help-all", "--help-lab"} & set(words)]
+    found = [
+        shlex.split(line.removeprefix(".venv/bin/")[4:], comments=True)
+        for line in lines
+        if re.match(r"(\.venv/bin/)?a2v ", line)
+    ]
+    found = [
+        words[: words.index(">")] if ">" in words else words for words in found
+    ]  # what the shell takes for itself
+    return [
+        words for words in found if not {"...", "--help", "--help-all", "--help-lab"} & set(words)
+    ]
 
 
 @each_page()
@@ -72,20 +89,34 @@ def test_commands_on_the_page_have_these_options(page):
         two = "_".join(words[:2])
         sub = bool(two.isidentifier() and module_of(two))
         command = load_command(two if sub else words[0])
-        parse(command.Options, words[2 if sub else 1 :], command=words[0], about=command.HELP, examples=command.EXAMPLES)
+        parse(
+            command.Options,
+            words[2 if sub else 1 :],
+            command=words[0],
+            about=command.HELP,
+            examples=command.EXAMPLES,
+        )
 
 
 @each_page()
 def test_links_lead_somewhere(page):
-    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
-    targets = [target.split("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"[a-z]+:", target)]
+    text = re.sub(
+        r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+    )
+    targets = [
+        target.split("#")[0]
+        for target in re.findall(r"\]\(([^)\s]+)\)", text)
+        if not re.match(r"[a-z]+:", target)
+    ]
     broken = [target for target in targets if target and not (page.parent / target).exists()]
     assert not broken, f"{page.relative_to(ROOT)} links to {', '.join(broken)}, which is not there"
 
 
 @each_page()
 def test_names_in_the_text_exist(page):
-    names = re.findall(r"`((?:a2v|pipelines|export)(?:\.\w+)+)(?:\([^`]*\))?`", page.read_text(encoding="utf-8"))
+    names = re.findall(
+        r"`((?:a2v|pipelines|export)(?:\.\w+)+)(?:\([^`]*\))?`", page.read_text(encoding="utf-8")
+    )
     for name in sorted(set(names)):
         assert name.endswith((".py", ".md")) or find(name) is not None, name
 
@@ -94,7 +125,8 @@ def test_names_in_the_text_exist(page):
 def test_files_in_the_text_exist(page):
     text = page.read_text(encoding="utf-8")
     names = re.findall(
-        r"[`(\s]((?:a2v|pipelines|export|scripts|benchmarks|tests|notebooks|docs)/[\w./-]*\.(?:py|sh|md|onnx|jpg|ipynb))\b", text
+        r"[`(\s]((?:a2v|pipelines|export|scripts|benchmarks|tests|notebooks|docs)/[\w./-]*\.(?:py|sh|md|onnx|jpg|ipynb))\b",
+        text,
     )
     missing = sorted({name for name in names if not (ROOT / name).exists()})
     assert not missing, f"{page.relative_to(ROOT)} names {', '.join(missing)}, which is not there"
@@ -104,9 +136,15 @@ def test_files_in_the_text_exist(page):
 def test_python_on_the_page_is_python_and_imports_what_there_is(page):
     for block in blocks(page, "python"):
         for node in ast.walk(ast.parse(block)):
-            if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] in ("a2v", "pipelines", "export"):
+            if (
+                isinstance(node, ast.ImportFrom)
+                and node.module
+                and node.module.split(".")[0] in ("a2v", "pipelines", "export")
+            ):
                 module: ModuleType = importlib.import_module(node.module)
-                assert not [name.name for name in node.names if not hasattr(module, name.name)], ast.unparse(node)
+                assert not [name.name for name in node.names if not hasattr(module, name.name)], (
+                    ast.unparse(node)
+                )
 
 
 def test_every_page_is_reached_from_the_index():
@@ -117,7 +155,12 @@ def test_every_page_is_reached_from_the_index():
         if page not in reached and page.suffix == ".md":
             reached.add(page)
             links = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
-            waiting += [path for link in links if (path := (page.parent / link).resolve()).is_relative_to(folder) and path.is_file()]
+            waiting += [
+                path
+                for link in links
+                if (path := (page.parent / link).resolve()).is_relative_to(folder)
+                and path.is_file()
+            ]
     assert {page.name for page in set(folder.rglob("*.md")) - reached} == set()
 
 
@@ -125,5 +168,9 @@ def test_the_picture_of_the_architecture_is_todays():
     drawing = importlib.import_module("scripts.draw_architecture")
     text = drawing.PAGE.read_text(encoding="utf-8")
     assert "a2v.types -> a2v.camera, a2v.errors" in text
-    assert drawing.page(text) == text, "the architecture has changed: run python scripts/draw_architecture.py and commit what it writes"
-    assert drawing.picture() == drawing.PICTURE.read_text(encoding="utf-8"), "run python scripts/draw_architecture.py"
+    assert drawing.page(text) == text, (
+        "the architecture has changed: run python scripts/draw_architecture.py and commit what it writes"
+    )
+    assert drawing.picture() == drawing.PICTURE.read_text(encoding="utf-8"), (
+        "run python scripts/draw_architecture.py"
+    )

@@ -19,13 +19,31 @@ def test_a_machine_that_works_says_so(capsys, tmp_path):
     found = {check["name"]: check for check in told["checks"]}
     assert told["works"]
     assert not [check for check in told["checks"] if check["status"] == "fails"]
-    assert all(check["advice"] for check in told["checks"] if check["status"] in ("slow", "missing"))
+    assert all(
+        check["advice"] for check in told["checks"] if check["status"] in ("slow", "missing")
+    )
     assert str(tmp_path / "store") in found["store"]["about"]
-    assert {"renderer", "denoiser", "encoders", "memory", "person", "body", "weights", "browser", "usd"} <= set(found)
+    assert {
+        "renderer",
+        "denoiser",
+        "encoders",
+        "memory",
+        "person",
+        "body",
+        "weights",
+        "browser",
+        "usd",
+    } <= set(found)
 
 
 def test_what_fails_is_told_with_advice(capsys, monkeypatch, tmp_path):
-    for name in ("check_person", "check_body", "check_renderer", "check_denoiser", "check_encoders"):
+    for name in (
+        "check_person",
+        "check_body",
+        "check_renderer",
+        "check_denoiser",
+        "check_encoders",
+    ):
         monkeypatch.setattr(checks, name, checks.check_memory)  # quick
     (tmp_path / "file").touch()
     monkeypatch.setattr("a2v.sessions.WEIGHTS", tmp_path)
@@ -46,5 +64,7 @@ def test_little_memory_and_a_full_disk_are_told(monkeypatch, tmp_path):
 
 def test_every_extra_is_looked_for():
     tomllib = pytest.importorskip("tomllib")
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
     assert set(checks.EXTRAS) == set(declared) - {"dev"}

@@ -1,4 +1,5 @@
-"""From the bundled photo and an action to the promised files, small; again, interrupted, killed and in part."""
+"""From the bundled photo and an action to the promised files, small; again, interrupted, killed and
+in part."""
 
 from __future__ import annotations
 
@@ -26,12 +27,37 @@ STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "charact
 
 
 def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk") -> list[str]:
-    given = ["--photo", photo, "--action", action, "--out", out, "--frames", FRAMES, "--views", ",".join(VIEWS), "--size", SIZE, "--spp", 1]
-    return [sys.executable, "-m", "pipelines", "video", *(str(word) for word in (*given, "--workers", 2, *more))]
+    given = [
+        "--photo",
+        photo,
+        "--action",
+        action,
+        "--out",
+        out,
+        "--frames",
+        FRAMES,
+        "--views",
+        ",".join(VIEWS),
+        "--size",
+        SIZE,
+        "--spp",
+        1,
+    ]
+    return [
+        sys.executable,
+        "-m",
+        "pipelines",
+        "video",
+        *(str(word) for word in (*given, "--workers", 2, *more)),
+    ]
 
 
-def execute(out: Path, *more: object, code: int = 0, **options: object) -> subprocess.CompletedProcess[str]:
-    result = subprocess.run(command(out, *more, **options), cwd=ROOT, capture_output=True, text=True, timeout=600)
+def execute(
+    out: Path, *more: object, code: int = 0, **options: object
+) -> subprocess.CompletedProcess[str]:
+    result = subprocess.run(
+        command(out, *more, **options), cwd=ROOT, capture_output=True, text=True, timeout=600
+    )
     assert result.returncode == code, result.stderr
     return result
 
@@ -48,7 +74,16 @@ def made(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
 
 def test_every_promised_file_is_there_and_the_path_comes_last(made):
     out, result = made
-    names = {"video.mp4", "front.mp4", "left.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "report.json"}
+    names = {
+        "video.mp4",
+        "front.mp4",
+        "left.mp4",
+        "character.glb",
+        "motion.bvh",
+        "motion.npz",
+        "preview.html",
+        "report.json",
+    }
     assert {path.name for path in out.iterdir()} == names
     assert result.stdout.splitlines()[-1] == str(out / "video.mp4")
 
@@ -92,7 +127,11 @@ def test_the_character_is_textured_skinned_and_animated(made):
     assert len(gltf.skins) == 1
     assert len(gltf.animations) == 1
     assert gltf.images
-    assert any(primitive.attributes.JOINTS_0 is not None for mesh in gltf.meshes for primitive in mesh.primitives)
+    assert any(
+        primitive.attributes.JOINTS_0 is not None
+        for mesh in gltf.meshes
+        for primitive in mesh.primitives
+    )
 
 
 def test_the_bvh_moves_the_characters_bones(made):
@@ -124,7 +163,11 @@ def test_the_report_tells_what_made_it(made):
 def test_again_everything_is_remembered_and_equal(made, tmp_path):
     execute(tmp_path)
     told = report(tmp_path)
-    assert all(node["remembered"] == node["calls"] for name, node in told["nodes"].items() if name != "frame_settings")
+    assert all(
+        node["remembered"] == node["calls"]
+        for name, node in told["nodes"].items()
+        if name != "frame_settings"
+    )
     assert told["outputs"] == report(made[0])["outputs"]
 
 
@@ -138,7 +181,12 @@ def test_another_action_reuses_the_character(made, tmp_path):
 def test_a_run_from_a_node_computes_it_and_what_follows(made, tmp_path):
     execute(tmp_path, "--from", "pose")
     nodes = report(tmp_path)["nodes"]
-    assert nodes["pose"]["remembered"] == nodes["vertices"]["remembered"] == nodes["frame"]["remembered"] == 0
+    assert (
+        nodes["pose"]["remembered"]
+        == nodes["vertices"]["remembered"]
+        == nodes["frame"]["remembered"]
+        == 0
+    )
     assert nodes["poses"]["remembered"] == nodes["character"]["remembered"] == 1
 
 
@@ -177,7 +225,8 @@ def count(cache: Path, node: str) -> int:
 
 
 def settled_count(cache: Path, node: str) -> int:
-    """The count once nobody finishes any more: workers end with their parent, but on a busy machine what they are at may come first."""
+    """The count once nobody finishes any more: workers end with their parent, but on a busy machine
+    what they are at may come first."""
     kept, since = count(cache, node), time.monotonic()
     while time.monotonic() < since + 2:
         time.sleep(0.1)
@@ -192,13 +241,22 @@ def copied_store(made, tmp_path) -> Path:
     return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
 
 
-def start(out: Path, cache: Path, until: int, *extra: object, node: str = "frame", photo: Path = SAMPLE) -> subprocess.Popen[str]:
+def start(
+    out: Path, cache: Path, until: int, *extra: object, node: str = "frame", photo: Path = SAMPLE
+) -> subprocess.Popen[str]:
     """Start a run of new frames, and return when `until` calls of `node` are finished."""
     before = count(cache, node)
     more = ["--cache", cache, "--seed", 5, "--frames", 10, "--spp", 64, *extra]
-    listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a job in the background inherits that Ctrl-C is ignored
+    listen = functools.partial(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # a job in the background inherits that Ctrl-C is ignored
     process = subprocess.Popen(
-        command(out, *more, photo=photo), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listen
+        command(out, *more, photo=photo),
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=listen,
     )
     deadline = time.monotonic() + 240
     while count(cache, node) < before + until:
@@ -213,7 +271,9 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     process = start(tmp_path / "o", copied_store, until=4)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    assert {path.name for path in (tmp_path / "o").iterdir()} <= {"preview.html"}  # which is there before the frames, and whole
+    assert {path.name for path in (tmp_path / "o").iterdir()} <= {
+        "preview.html"
+    }  # which is there before the frames, and whole
     kept = settled_count(copied_store, "frame") - before
     assert 4 <= kept < 20
     execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64)
@@ -221,8 +281,11 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     assert (frame["calls"], frame["remembered"]) == (20, kept)
 
 
-def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(copied_store, tmp_path):
-    """As above, of another shape: 62 pixels, which no tile divides, and the photo cut so that it is higher than wide."""
+def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(
+    copied_store, tmp_path
+):
+    """As above, of another shape: 62 pixels, which no tile divides, and the photo cut so that it is
+    higher than wide."""
     from a2v.rendering import probe_video
 
     cut = tmp_path / "high.png"
@@ -236,7 +299,19 @@ def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(c
     process.communicate()
     kept = settled_count(copied_store, "photo_frame") - before
     assert 2 <= kept < 10
-    execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64, *extra, photo=cut)
+    execute(
+        tmp_path / "o",
+        "--cache",
+        copied_store,
+        "--seed",
+        5,
+        "--frames",
+        10,
+        "--spp",
+        64,
+        *extra,
+        photo=cut,
+    )
     nodes = report(tmp_path / "o")["nodes"]
     assert (nodes["photo_frame"]["calls"], nodes["photo_frame"]["remembered"]) == (10, kept)
     made = probe_video(tmp_path / "o" / "photo.mp4")
@@ -253,7 +328,9 @@ def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):
     assert process.returncode == 130
     assert errors.splitlines()[-1].startswith("a2v: interrupted")
     assert "Traceback" not in errors
-    assert {path.name for path in (tmp_path / "o").iterdir()} <= {"preview.html"}  # which is there before the frames, and whole
+    assert {path.name for path in (tmp_path / "o").iterdir()} <= {
+        "preview.html"
+    }  # which is there before the frames, and whole
     assert not [path for path in copied_store.rglob(".*") if path.is_file()]
 
 
@@ -270,7 +347,13 @@ def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
 
     out = tmp_path / "person.glb"
     words = ["reconstruct", "--photo", str(SAMPLE), "--out", str(out)]
-    result = subprocess.run([sys.executable, "-m", "pipelines", *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    result = subprocess.run(
+        [sys.executable, "-m", "pipelines", *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert result.stdout.splitlines()[-1] == str(out)
     gltf = pygltflib.GLTF2().load(str(out))
     primitive = gltf.meshes[0].primitives[0]
@@ -283,8 +366,27 @@ def test_several_actions_come_in_one_file(made, tmp_path):
     import pygltflib
 
     target = tmp_path / "two.glb"
-    words = ["character", "--photo", SAMPLE, "--actions", "Walk,Jump", "--frames", FRAMES, "--workers", 1, "--quiet", "--out", target]
-    done = subprocess.run([sys.executable, "-m", "pipelines", *map(str, words)], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    words = [
+        "character",
+        "--photo",
+        SAMPLE,
+        "--actions",
+        "Walk,Jump",
+        "--frames",
+        FRAMES,
+        "--workers",
+        1,
+        "--quiet",
+        "--out",
+        target,
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "pipelines", *map(str, words)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
     assert (done.returncode, done.stdout.splitlines()) == (0, [str(target)]), done.stderr
     gltf = pygltflib.GLTF2().load(str(target))
     assert [clip.name for clip in gltf.animations] == ["Walk", "Jump"]
@@ -301,7 +403,9 @@ def test_several_actions_come_in_one_file(made, tmp_path):
         (["--out", "c.glb", "--actions", "walnut"], "nearest are"),
     ],
 )
-def test_a_character_that_cannot_be_made_is_explained(tmp_path, capsys, monkeypatch, words, message):
+def test_a_character_that_cannot_be_made_is_explained(
+    tmp_path, capsys, monkeypatch, words, message
+):
     from pipelines.cli import main
 
     monkeypatch.chdir(tmp_path)

@@ -25,8 +25,23 @@ def test_a_message_is_one_short_line_that_keeps_both_ends(kind):
 @pytest.mark.parametrize("line", ["action:", "count:", "action: 1", "frames: 9\nspeed: 1.0e+308"])
 def test_settings_without_a_value_and_a_speed_that_is_none(tmp_path, line):
     (tmp_path / "a.yaml").write_text(f"seed: 1\n{line}\n")
-    with pytest.raises(A2VError, match="no value; give one" if line.endswith(":") else "expected text" if "action" in line else "speed"):
-        end(["motion", "--action=Walk", "--model=humanact12", f"--config={tmp_path / 'a.yaml'}", f"--out={tmp_path / 'a.npz'}"])
+    with pytest.raises(
+        A2VError,
+        match="no value; give one"
+        if line.endswith(":")
+        else "expected text"
+        if "action" in line
+        else "speed",
+    ):
+        end(
+            [
+                "motion",
+                "--action=Walk",
+                "--model=humanact12",
+                f"--config={tmp_path / 'a.yaml'}",
+                f"--out={tmp_path / 'a.npz'}",
+            ]
+        )
 
 
 def test_a_leg_without_a_hip(tmp_path):

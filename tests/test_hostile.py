@@ -1,4 +1,5 @@
-"""Input that once led to a traceback, to gigabytes or to a wrong result: each is one sentence now, or is read rightly."""
+"""Input that once led to a traceback, to gigabytes or to a wrong result: each is one sentence now,
+or is read rightly."""
 
 from __future__ import annotations
 
@@ -40,29 +41,74 @@ SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 
 
 @pytest.mark.parametrize(
-    "words", [("--seed", -1), ("--seed", 2**70), ("--count", -1), ("--count", 10**9), ("--count", 0), ("--to_seed", -5)]
+    "words",
+    [
+        ("--seed", -1),
+        ("--seed", 2**70),
+        ("--count", -1),
+        ("--count", 10**9),
+        ("--count", 0),
+        ("--to_seed", -5),
+    ],
 )
 def test_numbers_out_of_range(capsys, tmp_path, words):
-    refused(capsys, "motion", "--action", "Walk", "--frames", 4, *words, "--out", tmp_path / "a.npz")
+    refused(
+        capsys, "motion", "--action", "Walk", "--frames", 4, *words, "--out", tmp_path / "a.npz"
+    )
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32])
 def test_the_renderers_seed(capsys, tmp_path, seed):
-    refused(capsys, "video", "--photo", SAMPLE, "--action", "Walk", "--render_seed", seed, "--out", tmp_path / "out")
+    refused(
+        capsys,
+        "video",
+        "--photo",
+        SAMPLE,
+        "--action",
+        "Walk",
+        "--render_seed",
+        seed,
+        "--out",
+        tmp_path / "out",
+    )
 
 
-@pytest.mark.parametrize("option", ["--out", "--photo", "--mask", "--camera", "--motion", "--background", "--cache"])
+@pytest.mark.parametrize(
+    "option", ["--out", "--photo", "--mask", "--camera", "--motion", "--background", "--cache"]
+)
 def test_names_that_are_too_long(capsys, tmp_path, option):
-    given = {"--photo": SAMPLE, "--action": "Walk", "--out": tmp_path / "out", "--only": "subject"} | {option: tmp_path / ("n" * 300)}
+    given = {
+        "--photo": SAMPLE,
+        "--action": "Walk",
+        "--out": tmp_path / "out",
+        "--only": "subject",
+    } | {option: tmp_path / ("n" * 300)}
     refused(capsys, "video", *(word for pair in given.items() for word in pair))
 
 
 @pytest.mark.parametrize(
-    "content", [b"\x00\xff\x89PNG", b"a: " + b"[" * 5000, b"seed: [", b"- 1", b"\xff\xfe\x00", b"seed: " + b"9" * 5000]
+    "content",
+    [
+        b"\x00\xff\x89PNG",
+        b"a: " + b"[" * 5000,
+        b"seed: [",
+        b"- 1",
+        b"\xff\xfe\x00",
+        b"seed: " + b"9" * 5000,
+    ],
 )
 def test_settings_files_that_are_none(capsys, tmp_path, content):
     (tmp_path / "settings.yaml").write_bytes(content)
-    refused(capsys, "motion", "--config", tmp_path / "settings.yaml", "--action", "Walk", "--out", tmp_path / "a.npz")
+    refused(
+        capsys,
+        "motion",
+        "--config",
+        tmp_path / "settings.yaml",
+        "--action",
+        "Walk",
+        "--out",
+        tmp_path / "a.npz",
+    )
 
 
 def test_a_store_that_cannot_be_written_names_its_own_option(tmp_path):
@@ -101,18 +147,43 @@ def test_what_an_archive_says_of_itself_is_bounded(tmp_path):
 # ------------------------------------------------------------------------------------------------------------------ BVH, DeepMimic
 
 
-def bvh(*, joints: int = 3, frames: int = 2, step: str = "0.03", channels: str = "3", number: str = "0", name: str = "j") -> str:
+def bvh(
+    *,
+    joints: int = 3,
+    frames: int = 2,
+    step: str = "0.03",
+    channels: str = "3",
+    number: str = "0",
+    name: str = "j",
+) -> str:
     """A chain of joints of which only the root moves."""
     lines = ["HIERARCHY"]
     for index in range(joints):
         lines += [f"{'JOINT' if index else 'ROOT'} {name}{index}", "{", "OFFSET 0 1 0"]
         lines += [f"CHANNELS {channels} Zrotation Xrotation Yrotation"] if not index else []
-    lines += ["End Site", "{", "OFFSET 0 1 0", "}", *["}"] * joints, "MOTION", f"Frames: {frames}", f"Frame Time: {step}"]
+    lines += [
+        "End Site",
+        "{",
+        "OFFSET 0 1 0",
+        "}",
+        *["}"] * joints,
+        "MOTION",
+        f"Frames: {frames}",
+        f"Frame Time: {step}",
+    ]
     return "\n".join([*lines, *[f"{number} 0 0"] * frames]) + "\n"
 
 
 @pytest.mark.parametrize(
-    "change", [{"channels": "²"}, {"channels": "9" * 5000}, {"number": "9" * 5000}, {"number": "²"}, {"step": "1e-400"}, {"step": "1e400"}]
+    "change",
+    [
+        {"channels": "²"},
+        {"channels": "9" * 5000},
+        {"number": "9" * 5000},
+        {"number": "²"},
+        {"step": "1e-400"},
+        {"step": "1e400"},
+    ],
 )
 def test_numbers_of_bvh_that_are_none(change):
     with pytest.raises(InputError):
@@ -155,7 +226,14 @@ print(next(int(line.split()[1]) // 1024 for line in open("/proc/self/status") if
 
 
 def slow_frames() -> str:
-    return json.dumps({"Frames": [[step, 0, 1, 0, *[1.0] * (_FRAME - 4)] for step in (0.001, 0.001, 0.001, 9000.0, 0.001)]})
+    return json.dumps(
+        {
+            "Frames": [
+                [step, 0, 1, 0, *[1.0] * (_FRAME - 4)]
+                for step in (0.001, 0.001, 0.001, 9000.0, 0.001)
+            ]
+        }
+    )
 
 
 @pytest.mark.parametrize(
@@ -170,7 +248,10 @@ def test_small_files_of_long_motions_take_no_gigabyte(tmp_path, name, text, fps)
     (tmp_path / name).write_text(text())
     assert (tmp_path / name).stat().st_size < 200_000
     done = subprocess.run(
-        [sys.executable, "-c", LIMITED.format(root=str(ROOT)), str(tmp_path / name), str(fps)], capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", LIMITED.format(root=str(ROOT)), str(tmp_path / name), str(fps)],
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert done.stdout.split()[0] == "refused", done.stderr
     assert int(done.stdout.split()[1]) < 500
@@ -221,11 +302,22 @@ def test_pickles_that_explode_are_named_in_short(tmp_path):
         read_arrays_pickle(data, "clip.pkl")
     assert len(str(caught.value)) < 500
     with pytest.raises(InputError):
-        read_arrays_pickle(b"\x80\x05\x96" + (1 << 40).to_bytes(8, "little") + b"ab.", "clip.pkl")  # a terabyte is announced
+        read_arrays_pickle(
+            b"\x80\x05\x96" + (1 << 40).to_bytes(8, "little") + b"ab.", "clip.pkl"
+        )  # a terabyte is announced
 
 
 @pytest.mark.parametrize(
-    "text", ["[]", "3", '"text"', "null", '{"format": {"a": 1}}', '{"format": "a2v-motion/1"}', '{"format": "a2v-flow/1", "actions": 3}']
+    "text",
+    [
+        "[]",
+        "3",
+        '"text"',
+        "null",
+        '{"format": {"a": 1}}',
+        '{"format": "a2v-motion/1"}',
+        '{"format": "a2v-flow/1", "actions": 3}',
+    ],
 )
 def test_models_that_say_nonsense_of_themselves(tmp_path, capsys, text):
     import onnx
@@ -237,7 +329,9 @@ def test_models_that_say_nonsense_of_themselves(tmp_path, capsys, text):
         [value],
         [onnx.helper.make_tensor_value_info("y", onnx.TensorProto.FLOAT, [1])],
     )
-    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8)
+    model = onnx.helper.make_model(
+        graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8
+    )
     onnx.helper.set_model_props(model, {"a2v": text})
     onnx.save(model, tmp_path / "m.onnx")
     refused(capsys, "actions", "--model", tmp_path / "m.onnx")
@@ -250,7 +344,10 @@ def test_models_that_say_nonsense_of_themselves(tmp_path, capsys, text):
 
 
 def test_sample_script_takes_no_garbage_and_keeps_to_the_umask(tmp_path):
-    script, model = str(ROOT / "export" / "sample.py"), str(ROOT / "a2v" / "weights" / "motion_humanact12.onnx")
+    script, model = (
+        str(ROOT / "export" / "sample.py"),
+        str(ROOT / "a2v" / "weights" / "motion_humanact12.onnx"),
+    )
     (tmp_path / "garbage.onnx").write_bytes(b"garbage" * 100)
     for words in (
         [tmp_path / "garbage.onnx"],
@@ -259,11 +356,26 @@ def test_sample_script_takes_no_garbage_and_keeps_to_the_umask(tmp_path):
         [model, "--action", "Jump", "--count", 10**9],
     ):
         done = subprocess.run(
-            [sys.executable, script, *map(str, words), "--out", str(tmp_path / "a.npz")], capture_output=True, text=True, timeout=60
+            [sys.executable, script, *map(str, words), "--out", str(tmp_path / "a.npz")],
+            capture_output=True,
+            text=True,
+            timeout=60,
         )
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     subprocess.run(
-        [sys.executable, script, model, "--action", "Jump", "--frames", "4", "--out", str(tmp_path / "a.npz")], check=True, timeout=60
+        [
+            sys.executable,
+            script,
+            model,
+            "--action",
+            "Jump",
+            "--frames",
+            "4",
+            "--out",
+            str(tmp_path / "a.npz"),
+        ],
+        check=True,
+        timeout=60,
     )
     mask = os.umask(0)
     os.umask(mask)
@@ -287,18 +399,24 @@ def test_cameras_that_are_none(tmp_path, text):
 
 
 def test_yaml_that_explodes_is_named_in_short(tmp_path):
-    lines = ["a0: &a0 [x, x]"] + [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 40)]
+    lines = ["a0: &a0 [x, x]"] + [
+        f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 40)
+    ]
     (tmp_path / "cameras.yaml").write_text("\n".join([*lines, "hero: {azimuth: *a39}"]))
     with pytest.raises(InputError) as caught:
         read_cameras(tmp_path / "cameras.yaml")
-    (tmp_path / "cameras.yaml").write_text("hero:\n  azimuth:\n" + "\n".join(f"    {line}" for line in lines))
+    (tmp_path / "cameras.yaml").write_text(
+        "hero:\n  azimuth:\n" + "\n".join(f"    {line}" for line in lines)
+    )
     with pytest.raises(InputError) as caught:
         read_cameras(tmp_path / "cameras.yaml")
     assert len(str(caught.value)) < 500
 
 
 def test_a_survey_key_without_title(tmp_path):
-    (tmp_path / "key.json").write_text(json.dumps({"format": "a2v-survey-key/1", "survey": "a", "questions": [], "clips": {}}))
+    (tmp_path / "key.json").write_text(
+        json.dumps({"format": "a2v-survey-key/1", "survey": "a", "questions": [], "clips": {}})
+    )
     with pytest.raises(InputError, match="no key of a survey"):
         read_key(tmp_path / "key.json")
 

@@ -1,4 +1,5 @@
-"""Small inputs that ask for much: refused in one sentence before anything is allocated or computed, and from regular files alone."""
+"""Small inputs that ask for much: refused in one sentence before anything is allocated or computed,
+and from regular files alone."""
 
 from __future__ import annotations
 
@@ -40,7 +41,17 @@ WEIGHTS = ROOT / "a2v" / "weights"
 
 
 @pytest.mark.parametrize(
-    "text", ["0,0 0,1e7", "0,0 0,1e300", "1e308,0 -1e308,0", "0,0 0,1e-5", "0,0 0,1e5", "nan,0 0,1", "0,0 0,1900 0,0", f"0,0 0,{2 * MAX_METRES}"]
+    "text",
+    [
+        "0,0 0,1e7",
+        "0,0 0,1e300",
+        "1e308,0 -1e308,0",
+        "0,0 0,1e-5",
+        "0,0 0,1e5",
+        "nan,0 0,1",
+        "0,0 0,1900 0,0",
+        f"0,0 0,{2 * MAX_METRES}",
+    ],
 )
 def test_paths_are_neither_endless_nor_a_place(text):
     begun = time.process_time()
@@ -49,7 +60,10 @@ def test_paths_are_neither_endless_nor_a_place(text):
     assert time.process_time() - begun < 1
 
 
-@pytest.mark.parametrize("words", [("--count", 10**6, "--frames", 1), ("--count", 10**9), ("--action", ",".join(["*"] * 20_000))])
+@pytest.mark.parametrize(
+    "words",
+    [("--count", 10**6, "--frames", 1), ("--count", 10**9), ("--action", ",".join(["*"] * 20_000))],
+)
 def test_clips_without_number_are_refused_at_once(capsys, tmp_path, words):
     begun = time.process_time()
     refused(capsys, "motion", "--action", "Walk", *words, "--out", tmp_path / "a.npz")
@@ -58,17 +72,39 @@ def test_clips_without_number_are_refused_at_once(capsys, tmp_path, words):
 
 @pytest.mark.parametrize("pace", [0, -1, 1e-9, 1e9, ".inf", ".nan"])
 def test_paces_that_nobody_walks(capsys, tmp_path, pace):
-    refused(capsys, "motion", "--action", "Walk", "--path", "0,0 0,2", f"--pace={pace}", "--out", tmp_path / "a.npz")
+    refused(
+        capsys,
+        "motion",
+        "--action",
+        "Walk",
+        "--path",
+        "0,0 0,2",
+        f"--pace={pace}",
+        "--out",
+        tmp_path / "a.npz",
+    )
 
 
 @pytest.mark.parametrize("option", ["--start", "--bones", "--end-pose"])
 def test_a_motion_file_of_no_clips(capsys, tmp_path, option):
     arrays = person(frames=3).to_arrays()
-    empty = {name: np.zeros((0, *arrays[name].shape), np.float32) for name in ("joints", "rotations", "root")}
+    empty = {
+        name: np.zeros((0, *arrays[name].shape), np.float32)
+        for name in ("joints", "rotations", "root")
+    }
     write_npz(tmp_path / "none.npz", {**arrays, **empty})
     with pytest.raises(InputError, match="batch of 0 clips"):
         Motion.load(tmp_path / "none.npz")
-    refused(capsys, "motion", "--action", "Walk", option, tmp_path / "none.npz", "--out", tmp_path / "a.npz")
+    refused(
+        capsys,
+        "motion",
+        "--action",
+        "Walk",
+        option,
+        tmp_path / "none.npz",
+        "--out",
+        tmp_path / "a.npz",
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------------ models
@@ -80,7 +116,9 @@ def changed_model(path: Path, name: str, **said: object) -> Path:
 
     model = onnx.load(WEIGHTS / f"motion_{name}.onnx")
     metadata = {prop.key: prop.value for prop in model.metadata_props}
-    onnx.helper.set_model_props(model, {**metadata, "a2v": json.dumps({**json.loads(metadata["a2v"]), **said})})
+    onnx.helper.set_model_props(
+        model, {**metadata, "a2v": json.dumps({**json.loads(metadata["a2v"]), **said})}
+    )
     onnx.save(model, path)
     return path
 
@@ -89,10 +127,18 @@ def foreign_model(path: Path, name: str) -> Path:
     """A graph that is another one, with the description of a shipped motion model."""
     import onnx
 
-    metadata = {prop.key: prop.value for prop in onnx.load(WEIGHTS / f"motion_{name}.onnx").metadata_props}
-    values = [onnx.helper.make_tensor_value_info(one, onnx.TensorProto.FLOAT, [1]) for one in ("x", "y")]
-    graph = onnx.helper.make_graph([onnx.helper.make_node("Identity", ["x"], ["y"])], "g", values[:1], values[1:])
-    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8)
+    metadata = {
+        prop.key: prop.value for prop in onnx.load(WEIGHTS / f"motion_{name}.onnx").metadata_props
+    }
+    values = [
+        onnx.helper.make_tensor_value_info(one, onnx.TensorProto.FLOAT, [1]) for one in ("x", "y")
+    ]
+    graph = onnx.helper.make_graph(
+        [onnx.helper.make_node("Identity", ["x"], ["y"])], "g", values[:1], values[1:]
+    )
+    model = onnx.helper.make_model(
+        graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8
+    )
     onnx.helper.set_model_props(model, metadata)
     onnx.save(model, path)
     return path
@@ -115,14 +161,37 @@ def test_graphs_that_are_not_what_they_say(capsys, tmp_path, make):
     path = make(tmp_path / "model.onnx")
     with pytest.raises(InputError, match=r"model\.onnx"):
         read_card(path)
-    refused(capsys, "motion", "--model", path, "--action", "Jump", "--frames", 4, "--out", tmp_path / "a.npz")
-    script = [sys.executable, ROOT / "export" / "sample.py", path, "--action", "Jump", "--frames", 4, "--out", tmp_path / "a.npz"]
+    refused(
+        capsys,
+        "motion",
+        "--model",
+        path,
+        "--action",
+        "Jump",
+        "--frames",
+        4,
+        "--out",
+        tmp_path / "a.npz",
+    )
+    script = [
+        sys.executable,
+        ROOT / "export" / "sample.py",
+        path,
+        "--action",
+        "Jump",
+        "--frames",
+        4,
+        "--out",
+        tmp_path / "a.npz",
+    ]
     done = subprocess.run(list(map(str, script)), capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert not (tmp_path / "a.npz").exists()
 
 
-@pytest.mark.parametrize("read", [read_state, load_evaluator, lambda path: read_checkpoint(path, ()), read_card])
+@pytest.mark.parametrize(
+    "read", [read_state, load_evaluator, lambda path: read_checkpoint(path, ()), read_card]
+)
 def test_networks_are_read_from_regular_files(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match=r"no regular file|motion model"):
@@ -138,7 +207,10 @@ def test_checkpoints_whose_tensors_are_larger_than_they(tmp_path):
     with pytest.raises(InputError, match="would take"):
         read_state(tmp_path / "wide.pth")
     torch.save({"a": torch.zeros(1 << 22)}, tmp_path / "plain.pth")
-    with zipfile.ZipFile(tmp_path / "plain.pth") as plain, zipfile.ZipFile(tmp_path / "packed.pth", "w", zipfile.ZIP_DEFLATED) as packed:
+    with (
+        zipfile.ZipFile(tmp_path / "plain.pth") as plain,
+        zipfile.ZipFile(tmp_path / "packed.pth", "w", zipfile.ZIP_DEFLATED) as packed,
+    ):
         for info in plain.infolist():
             packed.writestr(info.filename, plain.read(info.filename))
     with pytest.raises(InputError, match="would take"):
@@ -182,16 +254,38 @@ def test_nodes_that_are_none(tmp_path, name):
     assert len(str(caught.value)) < 700
 
 
-@pytest.mark.parametrize("skin", [{"joints": 3}, {"joints": [0, 0]}, {"joints": []}, {"joints": [10**400]}, {"joints": ["x" * 9000]}, {}])
+@pytest.mark.parametrize(
+    "skin",
+    [
+        {"joints": 3},
+        {"joints": [0, 0]},
+        {"joints": []},
+        {"joints": [10**400]},
+        {"joints": ["x" * 9000]},
+        {},
+    ],
+)
 def test_skins_that_are_none(capsys, tmp_path, skin):
-    (tmp_path / "a.glb").write_bytes(glb({"nodes": [{"mesh": 0, "skin": 0}], "skins": [skin], "meshes": [{"primitives": []}]}))
+    (tmp_path / "a.glb").write_bytes(
+        glb({"nodes": [{"mesh": 0, "skin": 0}], "skins": [skin], "meshes": [{"primitives": []}]})
+    )
     with pytest.raises(InputError, match=r"a\.glb") as caught:
         load_avatar(tmp_path / "a.glb")
     assert len(str(caught.value)) < 700
     refused(capsys, "motion", "--page", tmp_path / "a.html", "--character", tmp_path / "a.glb")
 
 
-@pytest.mark.parametrize("change", [{"componentType": {}}, {"componentType": [5126]}, {"type": {}}, {"type": []}, {"count": 10**400}, {"componentType": True}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"componentType": {}},
+        {"componentType": [5126]},
+        {"type": {}},
+        {"type": []},
+        {"count": 10**400},
+        {"componentType": True},
+    ],
+)
 def test_accessors_that_are_none(tmp_path, change):
     content = {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 1, **change}]}
     (tmp_path / "a.glb").write_bytes(glb(content))
@@ -201,7 +295,9 @@ def test_accessors_that_are_none(tmp_path, change):
 
 def test_a_flat_file_of_many_nodes_is_read_in_time(tmp_path):
     """A matrix a node, not a list of all nodes a node."""
-    (tmp_path / "a.glb").write_bytes(glb({"nodes": [{"children": list(range(1, 8000))}, *[{}] * 7999]}))
+    (tmp_path / "a.glb").write_bytes(
+        glb({"nodes": [{"children": list(range(1, 8000))}, *[{}] * 7999]})
+    )
     begun = time.process_time()
     assert read_glb(tmp_path / "a.glb").node_matrices()[0].shape == (8000, 4, 4)
     assert time.process_time() - begun < 1.5
@@ -212,9 +308,14 @@ def test_a_flat_file_of_many_nodes_is_read_in_time(tmp_path):
 
 @pytest.mark.parametrize("width", [514, 704])
 def test_the_same_frames_are_the_same_file(tmp_path, width):
-    """Whatever lies in the memory: x264's AVX-512 path gave other bytes where the width was no multiple of 128."""
+    """Whatever lies in the memory: x264's AVX-512 path gave other bytes where the width was no
+    multiple of 128."""
     rng = np.random.default_rng(0)
-    wide = rng.integers(0, 255, (8, 16, 3), dtype=np.uint8).repeat(16, axis=0).repeat(width // 16 + 1, axis=1)[:, :width]
+    wide = (
+        rng.integers(0, 255, (8, 16, 3), dtype=np.uint8)
+        .repeat(16, axis=0)
+        .repeat(width // 16 + 1, axis=1)[:, :width]
+    )
     frames = [np.roll(wide, 3 * index, axis=1) for index in range(20)]
     made, kept = set(), []
     for index in range(6):
@@ -228,9 +329,16 @@ def test_the_same_frames_are_the_same_file(tmp_path, width):
 def test_tables_of_odd_records(tmp_path):
     """Records that lack things, and a folder whose name is no UTF-8."""
     odd = os.fsdecode(b"caf\xe9")
-    for folder, record in (("a", {}), (odd, {"name": [1], "photo": {"a": 1}, "action": None, "seed": odd}), ("b", {"files": {"\0": 1}, "name": odd})):
+    for folder, record in (
+        ("a", {}),
+        (odd, {"name": [1], "photo": {"a": 1}, "action": None, "seed": odd}),
+        ("b", {"files": {"\0": 1}, "name": odd}),
+    ):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "job.json").write_text(json.dumps({"folder": folder, "status": "done", "files": {}, **record}), encoding="utf-8")
+        (tmp_path / folder / "job.json").write_text(
+            json.dumps({"folder": folder, "status": "done", "files": {}, **record}),
+            encoding="utf-8",
+        )
     assert write_tables(tmp_path) == {"done": 3, "failed": 0}
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "caf%E9/preview.html" in page
@@ -242,8 +350,23 @@ def test_a_batch_in_a_plain_locale_and_a_folder_that_is_no_utf_8(tmp_path):
     os.mkdir(folder)  # noqa: PTH102 - bytes
     with open(folder + b"/jobs.csv", "wb") as stream:
         stream.write("name,photo,action\nAda Müller,nobody.jpg,Walk\n".encode())
-    environment = {**os.environ, "LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "A2V_CACHE": str(tmp_path / "store")}
-    command = [sys.executable, "-m", "pipelines", "batch", folder + b"/jobs.csv", "--out", folder + b"/out", "--quiet"]
+    environment = {
+        **os.environ,
+        "LC_ALL": "C",
+        "PYTHONCOERCECLOCALE": "0",
+        "PYTHONUTF8": "0",
+        "A2V_CACHE": str(tmp_path / "store"),
+    }
+    command = [
+        sys.executable,
+        "-m",
+        "pipelines",
+        "batch",
+        folder + b"/jobs.csv",
+        "--out",
+        folder + b"/out",
+        "--quiet",
+    ]
     done = subprocess.run(command, capture_output=True, timeout=120, env=environment, cwd=ROOT)
     assert done.returncode == 0, done.stderr.decode(errors="replace")
     with open(folder + b"/out/results.csv", "rb") as stream:
@@ -252,12 +375,19 @@ def test_a_batch_in_a_plain_locale_and_a_folder_that_is_no_utf_8(tmp_path):
 
 def test_text_is_opened_with_its_encoding_named():
     """Under ``LC_ALL=C`` the default is ASCII."""
-    for path in (path for room in ("a2v", "pipelines", "export") for path in (ROOT / room).rglob("*.py")):
+    for path in (
+        path for room in ("a2v", "pipelines", "export") for path in (ROOT / room).rglob("*.py")
+    ):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.Call) or any(word.arg == "encoding" for word in node.keywords):
+            if not isinstance(node, ast.Call) or any(
+                word.arg == "encoding" for word in node.keywords
+            ):
                 continue
             plain = isinstance(node.func, ast.Name) and node.func.id == "open"
-            text = isinstance(node.func, ast.Attribute) and node.func.attr in ("read_text", "write_text")
+            text = isinstance(node.func, ast.Attribute) and node.func.attr in (
+                "read_text",
+                "write_text",
+            )
             modes = [str(one.value) for one in node.args if isinstance(one, ast.Constant)]
             assert not text, f"{path}:{node.lineno}"
             assert not plain or any("b" in mode for mode in modes), f"{path}:{node.lineno}"

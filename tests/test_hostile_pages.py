@@ -1,4 +1,5 @@
-"""Pages that we write, with hostile names of photos, actions, jobs and folders, in a real browser: no script of theirs runs, nothing breaks."""
+"""Pages that we write, with hostile names of photos, actions, jobs and folders, in a real browser:
+no script of theirs runs, nothing breaks."""
 
 from __future__ import annotations
 
@@ -32,14 +33,21 @@ NAMES = (
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     with sync_playwright() as engine:
-        opened = engine.chromium.launch(executable_path=find_browser(), args=["--use-angle=swiftshader", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"])
+        opened = engine.chromium.launch(
+            executable_path=find_browser(),
+            args=[
+                "--use-angle=swiftshader",
+                "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+            ],
+        )
         yield opened
         opened.close()
 
 
 @pytest.fixture
 def look(browser: Browser) -> Callable[[str, str], list[str]]:
-    """What goes wrong on a page that is waited for until a selector is there; no name may have run."""
+    """What goes wrong on a page that is waited for until a selector is there; no name may have
+    run."""
 
     def opened(address: str, selector: str) -> list[str]:
         context = browser.new_context()
@@ -60,16 +68,37 @@ def look(browser: Browser) -> Callable[[str, str], list[str]]:
 @pytest.mark.parametrize("name", NAMES, ids=range(len(NAMES)))
 def test_previews(look, tmp_path, name):
     path = tmp_path / "page.html"
-    path.write_text(page_of(glb({"scenes": [{"nodes": []}], "scene": 0}), title=name), encoding="utf-8", errors="replace")
-    assert [error for error in look(path.as_uri(), "body") if "theirs" in error or "has run" in error or "Unexpected" in error] == []
+    path.write_text(
+        page_of(glb({"scenes": [{"nodes": []}], "scene": 0}), title=name),
+        encoding="utf-8",
+        errors="replace",
+    )
+    assert [
+        error
+        for error in look(path.as_uri(), "body")
+        if "theirs" in error or "has run" in error or "Unexpected" in error
+    ] == []
 
 
 def test_the_table_of_a_batch(look, tmp_path):
     for number, name in enumerate(NAMES):
         folder = tmp_path / (name[:80].replace("/", "_").replace("\0", "") or "x")
         folder.mkdir()
-        record = {"name": name, "photo": name, "action": name, "seed": name, "frames": 1, "views": name, "problem": name, "files": {}}
-        (folder / "job.json").write_text(json.dumps({**record, "folder": folder.name, "status": "failed" if number % 2 else "done"}))
+        record = {
+            "name": name,
+            "photo": name,
+            "action": name,
+            "seed": name,
+            "frames": 1,
+            "views": name,
+            "problem": name,
+            "files": {},
+        }
+        (folder / "job.json").write_text(
+            json.dumps(
+                {**record, "folder": folder.name, "status": "failed" if number % 2 else "done"}
+            )
+        )
     counts = write_tables(tmp_path)
     assert sum(counts.values()) == len(NAMES)
     assert look((tmp_path / "index.html").as_uri(), f"tbody tr:nth-child({len(NAMES)})") == []
@@ -77,7 +106,10 @@ def test_the_table_of_a_batch(look, tmp_path):
 
 def test_surveys(look, tmp_path):
     for number, name in enumerate(NAMES):
-        made = {source: {name: [person(frames=3, step=0.1 * step)]} for step, source in enumerate(("real", "ours", "theirs"))}
+        made = {
+            source: {name: [person(frames=3, step=0.1 * step)]}
+            for step, source in enumerate(("real", "ours", "theirs"))
+        }
         path = tmp_path / f"{number}.html"
         write_survey(path, made, SurveySettings(preference=1, real_or_fake=1, size=32, title=name))
         assert look(path.as_uri(), "h1") == []

@@ -32,7 +32,13 @@ def test_a_device_behind_a_link_is_refused(tmp_path, read):
 
 @pytest.mark.parametrize("read", [read_bytes, read_npz, open_file])
 @pytest.mark.parametrize(
-    ("name", "words"), [("", "is a folder"), ("missing", "does not exist"), ("a\0b", "cannot read"), ("n" * 300, "cannot read")]
+    ("name", "words"),
+    [
+        ("", "is a folder"),
+        ("missing", "does not exist"),
+        ("a\0b", "cannot read"),
+        ("n" * 300, "cannot read"),
+    ],
 )
 def test_what_cannot_be_opened_is_named(tmp_path, read, name, words):
     with pytest.raises(InputError, match=words):
@@ -56,14 +62,32 @@ def test_quotes_in_messages_are_short_even_of_what_explodes():
     bomb: list = ["x"]
     for _ in range(60):
         bomb = [bomb] * 9
-    for value in (bomb, "x" * 10**6, dict.fromkeys(range(1000), "y" * 1000), ValueError("z" * 10**6)):
+    for value in (
+        bomb,
+        "x" * 10**6,
+        dict.fromkeys(range(1000), "y" * 1000),
+        ValueError("z" * 10**6),
+    ):
         assert len(shorten(value)) <= 200
     assert shorten("a\n b") == "a b"
     assert shorten(KeyError()) == "KeyError"
 
 
 def test_errors_and_names_from_outside_reach_the_terminal_escaped(tmp_path, capsys):
-    assert main(["video", "--photo", str(tmp_path / "a\x1b]0;title\x07.jpg"), "--action", "Walk", "--out", str(tmp_path / "out")]) == 2
+    assert (
+        main(
+            [
+                "video",
+                "--photo",
+                str(tmp_path / "a\x1b]0;title\x07.jpg"),
+                "--action",
+                "Walk",
+                "--out",
+                str(tmp_path / "out"),
+            ]
+        )
+        == 2
+    )
     error = capsys.readouterr().err
     assert "\x1b" not in error
     assert "\\x1b]0;title\\x07" in error
@@ -82,7 +106,12 @@ def test_a_folder_has_one_writer_at_a_time(tmp_path: Path) -> None:
     with claim(tmp_path):
         with pytest.raises(InputError, match="another run is writing to"), claim(tmp_path):
             pass
-        other = [sys.executable, "-c", "import sys; from a2v.io import claim\nwith claim(sys.argv[1]): pass", str(tmp_path)]
+        other = [
+            sys.executable,
+            "-c",
+            "import sys; from a2v.io import claim\nwith claim(sys.argv[1]): pass",
+            str(tmp_path),
+        ]
         assert b"another run is writing" in subprocess.run(other, capture_output=True).stderr
     with claim(tmp_path):
         assert not list(tmp_path.iterdir())  # nothing marks it

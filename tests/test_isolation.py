@@ -1,4 +1,5 @@
-"""A whole `a2v video` in a folder full of traps, watched: what it executes, which sockets it opens, where it writes."""
+"""A whole `a2v video` in a folder full of traps, watched: what it executes, which sockets it opens,
+where it writes."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ PROGRAM = Path(sys.executable).with_name("a2v")
 
 @dataclass
 class Watched:
-    """What a run left behind: the folders it was given, the traps that were executed, and every system call about sockets."""
+    """What a run left behind: the folders it was given, the traps that were executed, and every
+    system call about sockets."""
 
     home: Path
     temporary: Path
@@ -35,7 +37,10 @@ class Watched:
 def strace_works() -> bool:
     return (
         shutil.which("strace") is not None
-        and subprocess.run(["strace", "-qq", "-o", os.devnull, "true"], capture_output=True).returncode == 0
+        and subprocess.run(
+            ["strace", "-qq", "-o", os.devnull, "true"], capture_output=True
+        ).returncode
+        == 0
     )
 
 
@@ -43,7 +48,9 @@ def environment(base: Path) -> dict[str, str]:
     """A user with an empty home folder whose store holds nothing but the compiled body model."""
     (base / "home" / ".cache" / "a2v").mkdir(parents=True)
     (base / "temporary").mkdir()
-    for file in (file for folder in cache_folders() if folder.is_dir() for file in folder.glob("anny-*.npz")):
+    for file in (
+        file for folder in cache_folders() if folder.is_dir() for file in folder.glob("anny-*.npz")
+    ):
         shutil.copy(file, base / "home" / ".cache" / "a2v")
     dropped = ("A2V_CACHE", "PYTHON", "XDG_", "MPLCONFIGDIR", "DRJIT_CACHE_DIR", "ORT_", "NUMBA_")
     kept = {name: value for name, value in os.environ.items() if not name.startswith(dropped)}
@@ -53,14 +60,18 @@ def environment(base: Path) -> dict[str, str]:
 def installed_here() -> bool:
     """Whether the command ``a2v`` beside this interpreter runs this checkout."""
     code = "import pipelines; print(pipelines.__file__)"
-    found = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True).stdout.strip()
+    found = subprocess.run(
+        [sys.executable, "-I", "-c", code], capture_output=True, text=True
+    ).stdout.strip()
     return PROGRAM.exists() and found == str(ROOT / "pipelines" / "__init__.py")
 
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory) -> Watched:
     if not installed_here():
-        pytest.skip("the command a2v of this environment is not that of this checkout; run: pip install -e .")
+        pytest.skip(
+            "the command a2v of this environment is not that of this checkout; run: pip install -e ."
+        )
     base = tmp_path_factory.mktemp("isolation")
     set_traps(base / "here", base / "marks")
     clean = environment(base)
@@ -82,8 +93,20 @@ def watched(tmp_path_factory) -> Watched:
     trace = base / "trace"
     traced = strace_works()
     if traced:
-        command = ["strace", "-f", "--seccomp-bpf", "-qq", "-o", str(trace), "-e", "trace=%network", *command]
-    done = subprocess.run(command, cwd=base / "here", env=clean, capture_output=True, text=True, timeout=600)
+        command = [
+            "strace",
+            "-f",
+            "--seccomp-bpf",
+            "-qq",
+            "-o",
+            str(trace),
+            "-e",
+            "trace=%network",
+            *command,
+        ]
+    done = subprocess.run(
+        command, cwd=base / "here", env=clean, capture_output=True, text=True, timeout=600
+    )
     return Watched(
         base / "home",
         base / "temporary",
@@ -104,22 +127,41 @@ def test_nothing_of_the_working_folder_is_executed(watched):
 
 @pytest.mark.slow
 def test_no_socket_but_local_ones(watched):
-    """A library may try whether the machine knows IPv6 by binding to ::1; nothing is looked up, connected to or sent."""
+    """A library may try whether the machine knows IPv6 by binding to ::1; nothing is looked up,
+    connected to or sent."""
     if watched.calls is None:
         pytest.skip("strace is not installed, or may not trace here")
     calls = re.findall(r"^\d+ +(\w+)\((.*)$", watched.calls, re.MULTILINE)
-    assert any(name == "socket" and "AF_UNIX" in rest for name, rest in calls)  # the watch works: the fork server has one
-    abroad = [f"{name}({rest}" for name, rest in calls if "AF_INET" in rest and name not in ("socket", "bind", "getsockname")]
-    bound = [rest for name, rest in calls if name == "bind" and "AF_INET" in rest and not re.search(r'"::1"|"127\.0\.0\.1"', rest)]
-    datagrams = [rest for name, rest in calls if name == "socket" and "AF_INET" in rest and "SOCK_DGRAM" in rest]
+    assert any(
+        name == "socket" and "AF_UNIX" in rest for name, rest in calls
+    )  # the watch works: the fork server has one
+    abroad = [
+        f"{name}({rest}"
+        for name, rest in calls
+        if "AF_INET" in rest and name not in ("socket", "bind", "getsockname")
+    ]
+    bound = [
+        rest
+        for name, rest in calls
+        if name == "bind" and "AF_INET" in rest and not re.search(r'"::1"|"127\.0\.0\.1"', rest)
+    ]
+    datagrams = [
+        rest
+        for name, rest in calls
+        if name == "socket" and "AF_INET" in rest and "SOCK_DGRAM" in rest
+    ]
     assert abroad == bound == datagrams == []
 
 
 @pytest.mark.slow
 def test_nothing_is_written_outside_of_out_the_store_and_temporary_files(watched):
-    new = {path for path in (*watched.home.rglob("*"), *watched.here.rglob("*")) if path.is_file()} - watched.before
+    new = {
+        path for path in (*watched.home.rglob("*"), *watched.here.rglob("*")) if path.is_file()
+    } - watched.before
     allowed = (watched.home / ".cache" / "a2v", watched.here / "out")
-    assert [path for path in new if not any(path.is_relative_to(folder) for folder in allowed)] == []
+    assert [
+        path for path in new if not any(path.is_relative_to(folder) for folder in allowed)
+    ] == []
     left = [path for path in watched.temporary.rglob("*") if path.is_file()]
     assert left == []
 
@@ -135,9 +177,18 @@ def test_nothing_is_written_outside_of_out_the_store_and_temporary_files(watched
 )
 def test_other_commands_execute_nothing_of_the_working_folder(tmp_path, words):
     if not installed_here():
-        pytest.skip("the command a2v of this environment is not that of this checkout; run: pip install -e .")
+        pytest.skip(
+            "the command a2v of this environment is not that of this checkout; run: pip install -e ."
+        )
     set_traps(tmp_path / "here", tmp_path / "marks")
-    done = subprocess.run([PROGRAM, *words], cwd=tmp_path / "here", env=environment(tmp_path), capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [PROGRAM, *words],
+        cwd=tmp_path / "here",
+        env=environment(tmp_path),
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert not (tmp_path / "marks").exists(), (tmp_path / "marks").read_text()
     assert done.returncode == 0, done.stderr
 
@@ -158,7 +209,15 @@ def test_settings_by_which_numba_would_unpickle_from_the_working_folder_are_refu
 
 
 def test_onnxruntime_is_told_to_report_nothing(tmp_path):
-    for code in ("import a2v", f"import sys; sys.path.insert(0, {str(ROOT / 'export')!r}); import sample; sample.Model('missing')"):
+    for code in (
+        "import a2v",
+        f"import sys; sys.path.insert(0, {str(ROOT / 'export')!r}); import sample; sample.Model('missing')",
+    ):
         clean = {name: value for name, value in os.environ.items() if not name.startswith("ORT_")}
         code = f"import os\ntry: {code}\nexcept Exception: pass\nprint(os.environ.get('ORT_DISABLE_TELEMETRY'))"
-        assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=clean, capture_output=True, text=True).stdout.strip() == "1"
+        assert (
+            subprocess.run(
+                [sys.executable, "-c", code], cwd=ROOT, env=clean, capture_output=True, text=True
+            ).stdout.strip()
+            == "1"
+        )

@@ -1,4 +1,5 @@
-"""``--json``: one object on standard output, of success and of failure, for every command; and the exit codes."""
+"""``--json``: one object on standard output, of success and of failure, for every command; and the
+exit codes."""
 
 from __future__ import annotations
 
@@ -24,16 +25,36 @@ REFUSED = {
     "actions": ("--model nothing",),
     "batch": ("none.csv --out out", "text --out out"),
     "cache": ("--trim lots",),
-    "character": ("--photo none.jpg --actions Walk --out c.glb", "--photo text --actions Walk --out c.xyz"),
-    "compare": ("--photo none.jpg --action Walk --out c.html", "--photo none.jpg --action Walk --methods magic --out c.html"),
+    "character": (
+        "--photo none.jpg --actions Walk --out c.glb",
+        "--photo text --actions Walk --out c.xyz",
+    ),
+    "compare": (
+        "--photo none.jpg --action Walk --out c.html",
+        "--photo none.jpg --action Walk --methods magic --out c.html",
+    ),
     "completion": ("tcsh",),
     "dag": ("--out dag.docx",),
     "data": ("cmu --data text", "nothing --data text"),
     "doctor": ("--cache text/below",),
-    "evaluate": ("--dataset cmu --data text --model cmu --out t.md", "--dataset cmu --data text --model cmu --out t.docx"),
-    "evaluate_clips": ("--data none --out t.md", "--data text --out t.md", "--data text --films 0 --out t.md"),
-    "evaluate_moved": ("--data none --out t.md", "--data text --out t.md", "--data text --photos 0 --out t.md"),
-    "evaluate_reconstruction": ("--data text --studio none --out t.md", "--data text --studio none --methods magic --out t.md"),
+    "evaluate": (
+        "--dataset cmu --data text --model cmu --out t.md",
+        "--dataset cmu --data text --model cmu --out t.docx",
+    ),
+    "evaluate_clips": (
+        "--data none --out t.md",
+        "--data text --out t.md",
+        "--data text --films 0 --out t.md",
+    ),
+    "evaluate_moved": (
+        "--data none --out t.md",
+        "--data text --out t.md",
+        "--data text --photos 0 --out t.md",
+    ),
+    "evaluate_reconstruction": (
+        "--data text --studio none --out t.md",
+        "--data text --studio none --methods magic --out t.md",
+    ),
     "motion": (
         "--action Walk --out w.xyz",
         "--action Qwxz --out w.npz",
@@ -42,7 +63,11 @@ REFUSED = {
         "--page p.html --out w.npz",
         "--action Walk --path none.csv --out w.npz",
     ),
-    "reconstruct": ("--photo none.jpg --out r.glb", "--photo text --out r.glb", "--photo text --out r.stl"),
+    "reconstruct": (
+        "--photo none.jpg --out r.glb",
+        "--photo text --out r.glb",
+        "--photo text --out r.stl",
+    ),
     "retarget": (
         "--character none.glb --action Walk --out w.glb",
         "--character text --action Walk --out w.glb",
@@ -59,9 +84,14 @@ REFUSED = {
     "train_flow": LEARNING,
     "train_motion": LEARNING,
     "train_reconstruction": ("--data text --out runs",),
-    "video": ("--photo none.jpg --action Walk --out out", "--photo text --action Walk --out out", "--photo text --motion none.bvh --out out"),
+    "video": (
+        "--photo none.jpg --action Walk --out out",
+        "--photo text --action Walk --out out",
+        "--photo text --motion none.bvh --out out",
+    ),
 }
-"""What each command refuses, in a folder that holds a file `text`; a command that is added is missing here."""
+"""What each command refuses, in a folder that holds a file `text`; a command that is added is
+missing here."""
 
 
 @pytest.fixture(autouse=True)
@@ -81,17 +111,23 @@ def told(capsys, *words: object, code: int = 0) -> dict[str, Any]:
 def test_every_command_gives_an_answer(name):
     command = load_command(name)
     assert typing.get_type_hints(command.run)["return"] is Answer
-    known = {spelling for action in actions_of(command.Options) for spelling in action.option_strings}
+    known = {
+        spelling for action in actions_of(command.Options) for spelling in action.option_strings
+    }
     assert "--json" in known
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_fails_in_one_object(name, capsys, tmp_path, monkeypatch):
-    """An option that there is none of, and each thing that the command itself refuses: exit code 2, its name and a sentence."""
+    """An option that there is none of, and each thing that the command itself refuses: exit code 2,
+    its name and a sentence."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text").write_text("no folder, no picture\n")
     words = name.split("_")
-    for wrong in ([*words, "--no-such-option"], *([*words, *line.split()] for line in REFUSED[name])):
+    for wrong in (
+        [*words, "--no-such-option"],
+        *([*words, *line.split()] for line in REFUSED[name]),
+    ):
         found = told(capsys, *wrong, code=2)
         assert found["command"] == " ".join(words), wrong
         assert len(found["error"]) > 20, wrong
@@ -103,12 +139,16 @@ def test_what_was_found_out(capsys, tmp_path):
     assert told(capsys, "actions", "--model", "cmu")["actions"][:2] == ["Walk", "Wash"]
     assert told(capsys, "cache", "--cache", tmp_path / "store")["store"] == str(tmp_path / "store")
     out = tmp_path / "walk.bvh"
-    found = told(capsys, "motion", "--action", "Walk", "--frames", "8", "--count", "2", "--out", out)
+    found = told(
+        capsys, "motion", "--action", "Walk", "--frames", "8", "--count", "2", "--out", out
+    )
     assert found["command"] == "motion"
     assert [Path(path).name for path in found["files"]] == ["walk_000.bvh", "walk_001.bvh"]
     assert all(Path(path).exists() for path in found["files"])
     assert (found["frames"], found["action"]) == (8, "Walk")
-    assert main(["--json", "dag", "--out", str(tmp_path / "dag.dot")]) == 0  # before the command as well
+    assert (
+        main(["--json", "dag", "--out", str(tmp_path / "dag.dot")]) == 0
+    )  # before the command as well
     assert json.loads(capsys.readouterr().out)["files"] == [str(tmp_path / "dag.dot")]
 
 
@@ -122,7 +162,10 @@ def test_failures_are_objects_too(capsys, tmp_path):
     assert "flow" in told(capsys, "train", code=2)["error"]
 
 
-@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("a bug"), 1), (OSError(28, "full", "f"), 2)])
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(KeyboardInterrupt(), 130), (ZeroDivisionError("a bug"), 1), (OSError(28, "full", "f"), 2)],
+)
 def test_exit_codes(capsys, monkeypatch, error, code):
     def run(_: object) -> Answer:
         raise error
@@ -142,7 +185,14 @@ def test_a_command_that_is_terminated_says_so():
         "c.run = lambda options: (os.kill(os.getpid(), signal.SIGTERM), time.sleep(60))\n"
         "import sys; sys.argv[1:] = ['dag', '--json']; from pipelines.cli import main; sys.exit(main())"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, env=dict(os.environ), check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env=dict(os.environ),
+        check=False,
+    )
     assert done.returncode == 143
     assert json.loads(done.stdout)["exit_code"] == 143
 
@@ -161,7 +211,14 @@ def test_what_libraries_print_stays_out():
         "def run(o): print('stray'); os.write(1, b'noise\\n'); return real(o)\n"
         "c.run = run; sys.argv[1:] = ['actions', '--json']; from pipelines.cli import main; sys.exit(main())"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, env=dict(os.environ), check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env=dict(os.environ),
+        check=True,
+    )
     assert "Walk" in json.loads(done.stdout)["actions"]
     assert "stray" in done.stderr
     assert "noise" in done.stderr
@@ -170,7 +227,9 @@ def test_what_libraries_print_stays_out():
 def test_numbers_that_json_has_not():
     import numpy as np
 
-    assert plain({"a": float("nan"), "b": np.int64(3), "c": np.float32(0.5), "d": (Path("x"), True)}) == {
+    assert plain(
+        {"a": float("nan"), "b": np.int64(3), "c": np.float32(0.5), "d": (Path("x"), True)}
+    ) == {
         "a": None,
         "b": 3,
         "c": 0.5,

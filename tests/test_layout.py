@@ -9,13 +9,18 @@ FOLDER = Path(__file__).resolve().parent
 
 
 def imported_modules(path: Path) -> set[str]:
-    """Full names of all modules that a file may import, those within functions and ``from package import module`` included."""
+    """Full names of all modules that a file may import, those within functions and ``from package
+    import module`` included."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
-            above = path.relative_to(FOLDER.parent).with_suffix("").parts[: -node.level] if node.level else ()
+            above = (
+                path.relative_to(FOLDER.parent).with_suffix("").parts[: -node.level]
+                if node.level
+                else ()
+            )
             module = ".".join((*above, *(node.module or "").split("."))).rstrip(".")
             found |= {module, *(f"{module}.{name.name}" for name in node.names)}
     return found
@@ -25,9 +30,15 @@ def test_no_test_imports_from_another_test_module():
     for path in FOLDER.rglob("*.py"):
         parts = {part for name in imported_modules(path) for part in name.split(".")}
         taken = parts & {"conftest", *(other.stem for other in FOLDER.rglob("test_*.py"))}
-        assert not taken, f"{path.relative_to(FOLDER)} imports {', '.join(taken)}; what tests share belongs to tests/support"
+        assert not taken, (
+            f"{path.relative_to(FOLDER)} imports {', '.join(taken)}; what tests share belongs to tests/support"
+        )
 
 
 def test_shared_makers_rely_on_the_library_and_on_each_other_alone():
     for path in (FOLDER / "support").glob("*.py"):
-        assert not [name for name in imported_modules(path) if name.split(".")[0] == "tests" and name.split(".")[1:2] != ["support"]], path
+        assert not [
+            name
+            for name in imported_modules(path)
+            if name.split(".")[0] == "tests" and name.split(".")[1:2] != ["support"]
+        ], path

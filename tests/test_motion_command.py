@@ -1,4 +1,5 @@
-"""``a2v motion``: the papers' applications and native joints on the command line, on the shipped models."""
+"""``a2v motion``: the papers' applications and native joints on the command line, on the shipped
+models."""
 
 from __future__ import annotations
 
@@ -34,7 +35,22 @@ def start(tmp_path_factory):
 @pytest.mark.parametrize("suffix", [".npz", ".bvh"])
 def test_futures_of_a_file(start, tmp_path, suffix):
     path = start.with_suffix(suffix)
-    motion("--action", "Walk", "--start", path, "--start_frames", 6, "--count", 2, "--frames", 20, "--fps", 12, "--out", tmp_path / "f.npz")
+    motion(
+        "--action",
+        "Walk",
+        "--start",
+        path,
+        "--start_frames",
+        6,
+        "--count",
+        2,
+        "--frames",
+        20,
+        "--fps",
+        12,
+        "--out",
+        tmp_path / "f.npz",
+    )
     made, given = Motion.load(tmp_path / "f.npz"), read_motion(path)
     assert made.joints.shape == (2, 20, 20, 3)
     assert np.abs(made.joints[:, :6] - given.joints[:6]).max() < 1e-3
@@ -42,7 +58,22 @@ def test_futures_of_a_file(start, tmp_path, suffix):
 
 
 def test_rows_between_two_motions(tmp_path):
-    motion("--action", "Jump", "--interpolate", 4, "--seed", 2, "--to_seed", 9, "--frames", 10, "--fps", 12, "--out", tmp_path / "i.npz")
+    motion(
+        "--action",
+        "Jump",
+        "--interpolate",
+        4,
+        "--seed",
+        2,
+        "--to_seed",
+        9,
+        "--frames",
+        10,
+        "--fps",
+        12,
+        "--out",
+        tmp_path / "i.npz",
+    )
     made, model = Motion.load(tmp_path / "i.npz"), MotionModel.load("cmu-fine")
     for row, seed in ((0, 2), (3, 9)):
         alone = on_feet(model.sample("Jump", frames=10, seed=seed), model)
@@ -50,7 +81,9 @@ def test_rows_between_two_motions(tmp_path):
 
 
 def test_one_clip_of_every_action_that_matches(tmp_path):
-    motion("--model", "humanact12", "--action", "w*,sit", "--frames", 8, "--out", tmp_path / "k.npz")
+    motion(
+        "--model", "humanact12", "--action", "w*,sit", "--frames", 8, "--out", tmp_path / "k.npz"
+    )
     made = Motion.load(tmp_path / "k.npz")
     assert made.action == "warm_up|walk|sit"
     assert made.batch == (3,)
@@ -58,14 +91,38 @@ def test_one_clip_of_every_action_that_matches(tmp_path):
 
 def test_bodies(tmp_path, start):
     model = MotionModel.load("cmu-fine")
-    motion("--action", "Walk", "--frames", 5, "--bone_scale", "legs=1.5", "--out", tmp_path / "legs.npz")
+    motion(
+        "--action",
+        "Walk",
+        "--frames",
+        5,
+        "--bone_scale",
+        "legs=1.5",
+        "--out",
+        tmp_path / "legs.npz",
+    )
     tall = Motion.load(tmp_path / "legs.npz")
     assert np.allclose(
-        bone_lengths(tall.joints, model.skeleton)[0] / model.card.metres_per_unit, model.scaled_bones({"legs": 1.5}), atol=1e-5
+        bone_lengths(tall.joints, model.skeleton)[0] / model.card.metres_per_unit,
+        model.scaled_bones({"legs": 1.5}),
+        atol=1e-5,
     )
-    motion("--action", "Jump", "--frames", 5, "--bones", tmp_path / "legs.npz", "--out", tmp_path / "own.npz")
+    motion(
+        "--action",
+        "Jump",
+        "--frames",
+        5,
+        "--bones",
+        tmp_path / "legs.npz",
+        "--out",
+        tmp_path / "own.npz",
+    )
     own = Motion.load(tmp_path / "own.npz")
-    assert np.allclose(bone_lengths(own.joints, model.skeleton)[0], bone_lengths(tall.joints, model.skeleton)[0], atol=1e-4)
+    assert np.allclose(
+        bone_lengths(own.joints, model.skeleton)[0],
+        bone_lengths(tall.joints, model.skeleton)[0],
+        atol=1e-4,
+    )
     assert bone_scale("1.25") == 1.25
     assert bone_scale("legs=1.5, left_elbow=2") == {"legs": 1.5, "left_elbow": 2.0}
     for text in ("wide", "legs=", "legs", "legs=1,arms"):
@@ -112,16 +169,23 @@ def test_native_joints_go_into_npz_only(tmp_path, capsys):
     motion("--action", "Walk,Jump", "--native", "--frames", 30, "--out", tmp_path / "x.npz")
     content = read_npz(tmp_path / "x.npz")
     assert content["joints"].shape == (30, 20, 3)
-    walk, jump = (MotionModel.load("cmu-fine").card.actions.index(name) for name in ("Walk", "Jump"))
+    walk, jump = (
+        MotionModel.load("cmu-fine").card.actions.index(name) for name in ("Walk", "Jump")
+    )
     assert content["labels"].tolist() == [walk] * 15 + [jump] * 15
     assert np.abs(content["joints"][0, 0]).max() < 1e-6
 
 
-AUTHORS = {"humanact12": ("action_recognition_model_humanact12.tar", 0.05), "cmu": ("action_recognition_model_mocap_new.tar", 0.08)}
+AUTHORS = {
+    "humanact12": ("action_recognition_model_humanact12.tar", 0.05),
+    "cmu": ("action_recognition_model_mocap_new.tar", 0.08),
+}
 
 
 @pytest.mark.parametrize("name", sorted(AUTHORS))
-def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(name, data_dir, tmp_path):
+def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
+    name, data_dir, tmp_path
+):
     from a2v.lab.evaluation.classifier import load_evaluator
     from a2v.lab.evaluation.protocol import generator_of
 
@@ -131,7 +195,19 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(nam
     evaluator = load_evaluator(data_dir / "evaluators" / file)
     right, wrong_frame, labels = [], [], []
     for label, action in enumerate(model.actions):
-        motion("--model", name, "--action", action, "--frames", frames, "--count", count, "--native", "--out", tmp_path / "n.npz")
+        motion(
+            "--model",
+            name,
+            "--action",
+            action,
+            "--frames",
+            frames,
+            "--count",
+            count,
+            "--native",
+            "--out",
+            tmp_path / "n.npz",
+        )
         content = read_npz(tmp_path / "n.npz")
         assert (content["labels"] == label).all()
         right.append(evaluator(content["joints"])[1] == label)
@@ -158,18 +234,41 @@ def test_native_joints_of_real_clips_are_the_files(data_dir):
 
 
 def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
-    """A file of the CMU motion capture data base: 38 joints in inches at 120 fps, continued by the HumanAct12 model."""
+    """A file of the CMU motion capture data base: 38 joints in inches at 120 fps, continued by the
+    HumanAct12 model."""
     import zipfile
 
     with zipfile.ZipFile(data_dir / "cmu_bvh.zip") as archive:
         name = next(name for name in sorted(archive.namelist()) if name.endswith("02_01.bvh"))
         (tmp_path / "walk.bvh").write_bytes(archive.read(name))
     start = ["--start", tmp_path / "walk.bvh", "--start_frames", 100]
-    motion("--model", "humanact12", "--action", "walk", *start, "--frames", 40, "--fps", 20, "--count", 2, "--out", tmp_path / "f.npz")
+    motion(
+        "--model",
+        "humanact12",
+        "--action",
+        "walk",
+        *start,
+        "--frames",
+        40,
+        "--fps",
+        20,
+        "--count",
+        2,
+        "--out",
+        tmp_path / "f.npz",
+    )
     made, given = Motion.load(tmp_path / "f.npz"), read_motion(tmp_path / "walk.bvh", fps=20)
-    names = {name: given.joint_names.index(other) for name, other in (("left_knee", "LeftLeg"), ("right_wrist", "RightHand"))}
+    names = {
+        name: given.joint_names.index(other)
+        for name, other in (("left_knee", "LeftLeg"), ("right_wrist", "RightHand"))
+    }
     for name, index in names.items():
-        assert np.abs(made.joints[:, :16, made.joint_names.index(name)] - given.joints[:16, index]).max() < 0.01
+        assert (
+            np.abs(
+                made.joints[:, :16, made.joint_names.index(name)] - given.joints[:16, index]
+            ).max()
+            < 0.01
+        )
     root = made.root[:, :, [0, 2]]
     steps = np.linalg.norm(np.diff(made.joints, axis=1), axis=-1).max(-1)
     assert (steps[:, 16] < 0.25).all()  # no jump where the recording ends
@@ -179,21 +278,53 @@ def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
 
 @pytest.mark.parametrize("rig", ["mixamo", "unreal"])
 def test_a_bvh_on_another_tools_bones(tmp_path, rig, capsys):
-    main(["motion", "--action", "Walk", "--frames", "12", "--rig", rig, "--root-motion", "--out", str(tmp_path / "w.bvh")])
+    main(
+        [
+            "motion",
+            "--action",
+            "Walk",
+            "--frames",
+            "12",
+            "--rig",
+            rig,
+            "--root-motion",
+            "--out",
+            str(tmp_path / "w.bvh"),
+        ]
+    )
     motion = read_motion(tmp_path / "w.bvh")
     assert motion.frames == 12
     assert {"mixamo": "mixamorig:LeftHandIndex3", "unreal": "index_03_l"}[rig] in motion.joint_names
-    assert main(["motion", "--action", "Walk", "--root-motion", "--out", str(tmp_path / "x.bvh")]) != 0
+    assert (
+        main(["motion", "--action", "Walk", "--root-motion", "--out", str(tmp_path / "x.bvh")]) != 0
+    )
     assert "--rig" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("way", ["0,0 0,3", "csv"])
-def test_a_path_in_words_and_numbers(way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_path_in_words_and_numbers(
+    way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     if way == "csv":
         way = str(tmp_path / "way.csv")
         Path(way).write_text("x,z\n0,0\n0,3\n", encoding="utf-8-sig")
     out = tmp_path / "way.npz"
-    assert main(["motion", "--model", "cmu-fine", "--action", "stroll slowly", "--path", way, "--out", str(out)]) == 0
+    assert (
+        main(
+            [
+                "motion",
+                "--model",
+                "cmu-fine",
+                "--action",
+                "stroll slowly",
+                "--path",
+                way,
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
     assert "is taken for Walk slowly" in capsys.readouterr().err
     made = Motion.load(out)
     assert made.fps == 30
@@ -206,9 +337,14 @@ def test_prompts_loops_and_edits(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert main([*command, "--action", "sneak for 2 s, then run away for 30 frames"]) == 0
     made = Motion.load(out)
     assert (made.action, made.fps, made.frames) == ("Sneak,Run", 30, 90)
-    assert main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"]) == 0
+    assert (
+        main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"])
+        == 0
+    )
     loop = Motion.load(out)
-    assert np.abs(loop.root[:, [0, 2]]).max() < 0.4  # no travel; a walk that slows down and goes on sways by .3
+    assert (
+        np.abs(loop.root[:, [0, 2]]).max() < 0.4
+    )  # no travel; a walk that slows down and goes on sways by .3
     (tmp_path / "t.yaml").write_text("- {action: sneak, seconds: 1}\n- {action: run, frames: 12}\n")
     assert main([*command, "--timeline", str(tmp_path / "t.yaml"), "--seed", "4"]) == 0
     assert (Motion.load(out).action, Motion.load(out).frames) == ("Sneak,Run", 42)

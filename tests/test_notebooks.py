@@ -19,7 +19,9 @@ def test_there_are_notebooks_and_each_has_its_pair():
 @pytest.mark.parametrize("source", SOURCES, ids=lambda path: path.stem)
 def test_cells_agree(source):
     written, executed = (jupytext.read(path) for path in (source, source.with_suffix(".ipynb")))
-    assert [(cell.cell_type, cell.source) for cell in executed.cells] == [(cell.cell_type, cell.source) for cell in written.cells]
+    assert [(cell.cell_type, cell.source) for cell in executed.cells] == [
+        (cell.cell_type, cell.source) for cell in written.cells
+    ]
 
 
 @pytest.mark.parametrize("source", SOURCES, ids=lambda path: path.stem)
@@ -27,6 +29,8 @@ def test_the_copy_is_executed_without_errors_and_small(source):
     path = source.with_suffix(".ipynb")
     cells = [cell for cell in jupytext.read(path).cells if cell.cell_type == "code"]
     assert all(cell.execution_count for cell in cells)
-    assert not [output for cell in cells for output in cell.outputs if output.output_type == "error"]
+    assert not [
+        output for cell in cells for output in cell.outputs if output.output_type == "error"
+    ]
     assert any("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs)
     assert path.stat().st_size < 5_000_000

@@ -1,4 +1,5 @@
-"""Options: one dataclass a command, hyphens for users, settings of stages, and the command lines that the pages show."""
+"""Options: one dataclass a command, hyphens for users, settings of stages, and the command lines
+that the pages show."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ WITH_OPTIONS = [name for name in COMMANDS if name != "train"]
 
 def options_of(name: str, *arguments: str):
     module = load_command(name)
-    return parse(module.Options, arguments, command=name, about=module.HELP, examples=module.EXAMPLES)
+    return parse(
+        module.Options, arguments, command=name, about=module.HELP, examples=module.EXAMPLES
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +52,18 @@ def given(*arguments: str) -> Options:
 def test_a_command_line_fills_the_dataclass():
     assert given("--out", "a") == Options(out="a", fit=FitSettings(), shared=Shared())
     made = given(
-        "--out", "a_b-c", "--name", "x_y", "--name=z-z", "--start-frames", "3", "--quiet", "--from", "base", "--fit.silhouette-weight", "2"
+        "--out",
+        "a_b-c",
+        "--name",
+        "x_y",
+        "--name=z-z",
+        "--start-frames",
+        "3",
+        "--quiet",
+        "--from",
+        "base",
+        "--fit.silhouette-weight",
+        "2",
     )
     assert made.out == "a_b-c"
     assert made.name == ("x_y", "z-z")
@@ -109,8 +123,14 @@ def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeyp
     for section in re.findall(r"^--(\w+)\.\*", whole, re.MULTILINE):
         assert f"--{section}." not in short.partition("examples:")[0]
     for item, kind in get_type_hints(load_command(name).Options).items():
-        if is_dataclass(kind) and not any(one.metadata for one in fields(kind)) and f"--{item}.*" in whole:
-            assert all(f"--{item}.{one.name.replace('_', '-')}" in whole for one in fields(kind)), kind
+        if (
+            is_dataclass(kind)
+            and not any(one.metadata for one in fields(kind))
+            and f"--{item}.*" in whole
+        ):
+            assert all(f"--{item}.{one.name.replace('_', '-')}" in whole for one in fields(kind)), (
+                kind
+            )
 
 
 def test_the_videos_help_fits_a_screen(capsys, monkeypatch):
@@ -123,19 +143,40 @@ def test_the_videos_help_fits_a_screen(capsys, monkeypatch):
     assert "Weight of the silhouette" in everything
     assert "--fit.silhouette-weight" not in users
     assert "--fit.height" in users
-    assert all(f"\n{title}:\n" in users for title in ("the person", "the motion", "how it is filmed", "files for other tools", "how it runs"))
+    assert all(
+        f"\n{title}:\n" in users
+        for title in (
+            "the person",
+            "the motion",
+            "how it is filmed",
+            "files for other tools",
+            "how it runs",
+        )
+    )
     assert "--help-lab" in users
 
 
 def test_what_the_laboratory_sets_is_taken_everywhere():
-    options = options_of("video", "--photo", "a.jpg", "--out", "o", "--fit.silhouette-weight", "2", "--bind.far", "0.1")
+    options = options_of(
+        "video",
+        "--photo",
+        "a.jpg",
+        "--out",
+        "o",
+        "--fit.silhouette-weight",
+        "2",
+        "--bind.far",
+        "0.1",
+    )
     assert (options.person.fit.silhouette_weight, options.person.bind.far) == (2.0, 0.1)
 
 
 def test_training_has_a_command_for_each_kind_of_model(capsys):
     assert main(["train"]) == 2
     text = shown(capsys, "train", "--help")
-    assert all(f"a2v train {name}" in text for name in ("motion", "flow", "classifier", "reconstruction"))
+    assert all(
+        f"a2v train {name}" in text for name in ("motion", "flow", "classifier", "reconstruction")
+    )
     assert main(["train", "flwo"]) == 2
     assert "did you mean flow?" in capsys.readouterr().err
     common = ["--dataset", "cmu", "--data", "d", "--out", "o"]
@@ -148,13 +189,24 @@ def command_lines(text: str) -> list[str]:
     """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
     text = re.sub(r"\\\n\s*", " ", text)
     blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    found = [line.strip().removeprefix("$ ") for kind, block in blocks if kind != "python" for line in block.splitlines()]
-    found += re.findall(r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))
+    found = [
+        line.strip().removeprefix("$ ")
+        for kind, block in blocks
+        if kind != "python"
+        for line in block.splitlines()
+    ]
+    found += re.findall(
+        r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    )
     return [line for line in found if re.match(r"a2v \w", line)]
 
 
 def examples_of(name: str) -> list[str]:
-    return [line.strip() for line in load_command(name).EXAMPLES.splitlines() if line.startswith("  a2v ")]
+    return [
+        line.strip()
+        for line in load_command(name).EXAMPLES.splitlines()
+        if line.startswith("  a2v ")
+    ]
 
 
 PAGES = {
@@ -167,7 +219,9 @@ PAGES |= {f"a2v {name} --help": examples_of(name) for name in COMMANDS}
 @pytest.mark.parametrize("page", [page for page, lines in PAGES.items() if lines])
 def test_the_command_lines_that_are_shown_are_understood(page):
     for line in PAGES[page]:
-        words = shlex.split(re.split(r"\s{2,}|\s#\s|\s\|\s| > |;", line)[0])[1:]  # what follows is a remark or another program
+        words = shlex.split(re.split(r"\s{2,}|\s#\s|\s\|\s| > |;", line)[0])[
+            1:
+        ]  # what follows is a remark or another program
         name, rest = " ".join(words[:2]), words[2:]
         if name not in COMMANDS:
             name, rest = words[0], words[1:]
@@ -178,11 +232,14 @@ def test_the_command_lines_that_are_shown_are_understood(page):
 
 
 def understood(name: str, arguments: list[str], *, whole: bool) -> bool:
-    """Whether a command takes `arguments`; unless they are the `whole`, what it needs may be missing or stand for something."""
+    """Whether a command takes `arguments`; unless they are the `whole`, what it needs may be
+    missing or stand for something."""
     try:
         options_of(name, *arguments)
     except InputError as error:
-        if whole or not re.search(r"required|expected one argument|invalid choice: '[A-Z]+'", str(error)):
+        if whole or not re.search(
+            r"required|expected one argument|invalid choice: '[A-Z]+'", str(error)
+        ):
             raise
     return True
 
@@ -192,7 +249,12 @@ def test_files_of_settings_are_regular_and_short(tmp_path, name):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "long").write_text("#" * (1 << 20) + "#")
     (tmp_path / "latin").write_bytes("# \xe4".encode("latin-1"))
-    for path, words in ((tmp_path / "pipe", "pipe"), (tmp_path / "long", "MiB"), ("/proc/self/mem", "cannot read"), (tmp_path / "latin", "UTF-8")):
+    for path, words in (
+        (tmp_path / "pipe", "pipe"),
+        (tmp_path / "long", "MiB"),
+        ("/proc/self/mem", "cannot read"),
+        (tmp_path / "latin", "UTF-8"),
+    ):
         option = f"{name}={path}"
         if name == "inside":  # a file that names another one
             (tmp_path / "outer.yaml").write_text(f"fit: {path}\n")
@@ -204,15 +266,30 @@ def test_files_of_settings_are_regular_and_short(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", WITH_OPTIONS)
-def test_every_option_has_one_line_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """In the help of everything: no default twice, no control character, no option without text, no text for two options of a group."""
+def test_every_option_has_one_line_of_its_own(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the help of everything: no default twice, no control character, no option without text, no
+    text for two options of a group."""
     command = load_command(name)
     with pytest.raises(SystemExit):
-        parse(command.Options, ["--help-all"], command=name, about=command.HELP, examples=command.EXAMPLES)
+        parse(
+            command.Options,
+            ["--help-all"],
+            command=name,
+            about=command.HELP,
+            examples=command.EXAMPLES,
+        )
     shown = capsys.readouterr().out
     if "--help-lab" in shown:
         with pytest.raises(SystemExit):
-            parse(command.Options, ["--help-lab"], command=name, about=command.HELP, examples=command.EXAMPLES)
+            parse(
+                command.Options,
+                ["--help-lab"],
+                command=name,
+                about=command.HELP,
+                examples=command.EXAMPLES,
+            )
         shown = capsys.readouterr().out
     assert not re.search(r"(\(default: [^)]*\))\s+\1", shown)
     assert not [letter for letter in shown if ord(letter) < 32 and letter != "\n"]
@@ -222,4 +299,6 @@ def test_every_option_has_one_line_of_its_own(name: str, capsys: pytest.CaptureF
         assert action.help, f"{option} of a2v {name} has no text"
         room = option.rpartition(".")[0]
         if action.help != "YAML file of these settings":
-            assert texts.setdefault((room, action.help), option) == option, f"{option} and {texts[room, action.help]} share a sentence"
+            assert texts.setdefault((room, action.help), option) == option, (
+                f"{option} and {texts[room, action.help]} share a sentence"
+            )

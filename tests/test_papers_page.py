@@ -1,4 +1,5 @@
-"""The page of the papers leaves nothing out; that its commands parse and its names exist is tested with all pages (test_docs)."""
+"""The page of the papers leaves nothing out; that its commands parse and its names exist is tested
+with all pages (test_docs)."""
 
 from __future__ import annotations
 
@@ -27,7 +28,10 @@ def test_every_equation_table_and_figure_has_its_row():
         for cell in first[name]:
             for paper, listed in re.findall(r"(journal|conference) ([\d, ]+)", cell):
                 found[paper] |= numbers(listed)
-        assert found == {"journal": set(range(1, journal + 1)), "conference": set(range(1, conference + 1))}, name
+        assert found == {
+            "journal": set(range(1, journal + 1)),
+            "conference": set(range(1, conference + 1)),
+        }, name
 
 
 def test_every_system_is_named():

@@ -33,18 +33,35 @@ def wheel(folder: Path) -> Path:
         "tiny-1.0.dist-info/METADATA": b"Metadata-Version: 2.1\nName: tiny\nVersion: 1.0\n",
         "tiny-1.0.dist-info/WHEEL": b"Wheel-Version: 1.0\nGenerator: a2v\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
     }
-    rows = [f"{name},sha256={base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip('=')},{len(data)}" for name, data in files.items()]
+    rows = [
+        f"{name},sha256={base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip('=')},{len(data)}"
+        for name, data in files.items()
+    ]
     with zipfile.ZipFile(path, "w") as archive:
         for name, data in files.items():
             archive.writestr(name, data)
-        archive.writestr("tiny-1.0.dist-info/RECORD", "\n".join([*rows, "tiny-1.0.dist-info/RECORD,,", ""]))
+        archive.writestr(
+            "tiny-1.0.dist-info/RECORD", "\n".join([*rows, "tiny-1.0.dist-info/RECORD,,", ""])
+        )
     return path
 
 
 def test_pip_refuses_another_file_of_the_same_version(tmp_path):
     """Names with constraints that have hashes."""
     digest = hashlib.sha256(wheel(tmp_path).read_bytes()).hexdigest()
-    command = [sys.executable, "-m", "pip", "install", "--disable-pip-version-check", "--no-index", "--find-links", tmp_path, "-q", "--target", tmp_path / "there"]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--disable-pip-version-check",
+        "--no-index",
+        "--find-links",
+        tmp_path,
+        "-q",
+        "--target",
+        tmp_path / "there",
+    ]
     for given, code in ((digest, 0), ("0" * 64, 1)):
         (tmp_path / "pins.lock").write_text(f"tiny==1.0 \\\n    --hash=sha256:{given}\n")
         words = [*command, "--upgrade", "-c", tmp_path / "pins.lock", "tiny"]

@@ -1,4 +1,5 @@
-"""One loader for all YAML: what is written is read, and nothing that is written costs more than its length."""
+"""One loader for all YAML: what is written is read, and nothing that is written costs more than its
+length."""
 
 from __future__ import annotations
 
@@ -25,7 +26,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def levels(line: str) -> str:
     """Eleven levels of nine aliases each: 500 bytes that mean 9**11 values."""
-    return "\n".join(["a0: &a0 {x: 1}", *(f"a{i}: &a{i} {line.format(', '.join([f'*a{i - 1}'] * 9))}" for i in range(1, 12))])
+    return "\n".join(
+        [
+            "a0: &a0 {x: 1}",
+            *(f"a{i}: &a{i} {line.format(', '.join([f'*a{i - 1}'] * 9))}" for i in range(1, 12)),
+        ]
+    )
 
 
 HOSTILE = {
@@ -50,8 +56,14 @@ def read_as(kind: str, path: Path) -> object:
         return read_path(str(path))
     if kind == "jobs":
         return read_rows(path, VideoRequest.of(photo=""))
-    if kind in ("timeline", "keyframes"):  # the file is refused before the model is asked for anything
-        read = {"timeline": read_timeline, "keyframes": lambda source, model: read_keyframes(source, model, fps=20.0)}[kind]
+    if kind in (
+        "timeline",
+        "keyframes",
+    ):  # the file is refused before the model is asked for anything
+        read = {
+            "timeline": read_timeline,
+            "keyframes": lambda source, model: read_keyframes(source, model, fps=20.0),
+        }[kind]
         return read(path, None)
     return {"camera": read_cameras, "look": read_look}[kind](path)
 
@@ -73,7 +85,15 @@ def test_every_reader_refuses_what_explodes(tmp_path, kind, name):
 def test_options_refuse_what_explodes(tmp_path, capsys, option, name):
     (tmp_path / "file.yaml").write_text(HOSTILE[name])
     begun = time.process_time()
-    words = ["video", "--photo", str(tmp_path / "none.jpg"), "--action", "Walk", "--out", str(tmp_path / "out")]
+    words = [
+        "video",
+        "--photo",
+        str(tmp_path / "none.jpg"),
+        "--action",
+        "Walk",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main([*words, f"{option}={tmp_path / 'file.yaml'}"]) == 2
     assert main([*words, f"{option}={HOSTILE[name][:100_000]}"]) == 2
     assert main([*words, f"--seed={HOSTILE[name][:100_000]}"]) == 2
@@ -82,7 +102,18 @@ def test_options_refuse_what_explodes(tmp_path, capsys, option, name):
 
 
 def test_what_is_written_is_read():
-    assert load_yaml("[1e3, 1.5, .5, -2, 1_000, 0x10, .inf, on, ~, 'a']") == [1000.0, 1.5, 0.5, -2, 1000, 16, float("inf"), True, None, "a"]
+    assert load_yaml("[1e3, 1.5, .5, -2, 1_000, 0x10, .inf, on, ~, 'a']") == [
+        1000.0,
+        1.5,
+        0.5,
+        -2,
+        1000,
+        16,
+        float("inf"),
+        True,
+        None,
+        "a",
+    ]
     assert load_yaml("- &a {at: [1, 2]}\n- *a\n") == [{"at": [1, 2]}] * 2
     assert load_yaml("day: 2020-01-01") == {"day": "2020-01-01"}
     assert load_yaml("'<<': 1") == {"<<": 1}
@@ -102,5 +133,11 @@ def test_no_other_loader_is_used():
             if path.name == "plain_yaml.py":
                 continue
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "yaml":
-                    assert node.attr in ("YAMLError", "safe_dump"), f"{path} uses yaml.{node.attr}; use a2v.plain_yaml"
+                if (
+                    isinstance(node, ast.Attribute)
+                    and isinstance(node.value, ast.Name)
+                    and node.value.id == "yaml"
+                ):
+                    assert node.attr in ("YAMLError", "safe_dump"), (
+                        f"{path} uses yaml.{node.attr}; use a2v.plain_yaml"
+                    )

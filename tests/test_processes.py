@@ -47,27 +47,43 @@ def test_workers_import_nothing_from_the_working_folder(trapped, tmp_path, kind,
         pytest.importorskip("distributed")
     here, marks = trapped
     body = "".join(
-        map(textwrap.dedent, ((OLD if old else ""), kind, "\nwith start(**options) as pool: print(pool.submit(os.getcwd).result())\n"))
+        map(
+            textwrap.dedent,
+            (
+                (OLD if old else ""),
+                kind,
+                "\nwith start(**options) as pool: print(pool.submit(os.getcwd).result())\n",
+            ),
+        )
     )
     script = tmp_path / "elsewhere" / "job.py"
     script.parent.mkdir()
     script.write_text("import os\nif __name__ == '__main__':\n" + textwrap.indent(body, "    "))
     clean = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
     done = subprocess.run(
-        [sys.executable, str(script)], cwd=here, env={**clean, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=120
+        [sys.executable, str(script)],
+        cwd=here,
+        env={**clean, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     assert not marks.exists(), marks.read_text()
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == str(here)  # workers do work there
 
 
-def test_a_command_imports_what_its_parent_does_but_nothing_from_the_working_folder(trapped, monkeypatch):
+def test_a_command_imports_what_its_parent_does_but_nothing_from_the_working_folder(
+    trapped, monkeypatch
+):
     here, marks = trapped
     monkeypatch.chdir(here)
     monkeypatch.setattr(sys, "path", ["", str(here), *sys.path])
     monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
     code = "import json, socket, sys, a2v; print(a2v.__file__, sys.argv[1:])"
-    done = subprocess.run(python_command(code, "a word"), capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        python_command(code, "a word"), capture_output=True, text=True, timeout=60
+    )
     assert done.stdout.strip() == f"{ROOT / 'a2v' / '__init__.py'} ['a word']", done.stderr
     assert not marks.exists(), marks.read_text()
 

@@ -1,4 +1,5 @@
-"""What only some systems have is in `a2v.system` alone: everything else runs on Linux, macOS and Windows alike."""
+"""What only some systems have is in `a2v.system` alone: everything else runs on Linux, macOS and
+Windows alike."""
 
 from __future__ import annotations
 
@@ -17,7 +18,20 @@ HERE = "a2v/system.py"
 ALONE = {"export/sample.py"}
 """Stands alone, and asks for the umask, which Windows has too."""
 
-MODULES = {"fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog", "msvcrt", "winreg", "posix", "nt"}
+MODULES = {
+    "fcntl",
+    "resource",
+    "pwd",
+    "grp",
+    "termios",
+    "tty",
+    "pty",
+    "syslog",
+    "msvcrt",
+    "winreg",
+    "posix",
+    "nt",
+}
 NAMES = {
     "os": {
         "fork", "forkpty", "getuid", "geteuid", "getgid", "getegid", "getgroups", "killpg", "setsid", "setpgid", "getpgid", "umask", "nice",
@@ -41,16 +55,27 @@ def found_in(source: str) -> set[str]:
             used |= {item.name for item in node.names if item.name.split(".")[0] in MODULES}
         elif isinstance(node, ast.ImportFrom) and node.module:
             used |= {node.module} if node.module.split(".")[0] in MODULES else set()
-            used |= {f"{node.module}.{item.name}" for item in node.names if item.name in NAMES.get(node.module, ())}
+            used |= {
+                f"{node.module}.{item.name}"
+                for item in node.names
+                if item.name in NAMES.get(node.module, ())
+            }
         elif isinstance(node, ast.Attribute):
             if isinstance(node.value, ast.Name) and node.attr in NAMES.get(node.value.id, ()):
                 used.add(f"{node.value.id}.{node.attr}")
             used |= {node.attr} & METHODS
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith(PATHS):
+        elif (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and node.value.startswith(PATHS)
+        ):
             used.add(node.value)
         elif isinstance(node, ast.keyword) and node.arg in WORDS:
             used.add(node.arg)
-        elif isinstance(node, ast.Call) and any(isinstance(word, ast.Constant) and word.value in ("forkserver", "fork") for word in node.args):
+        elif isinstance(node, ast.Call) and any(
+            isinstance(word, ast.Constant) and word.value in ("forkserver", "fork")
+            for word in node.args
+        ):
             used.add("get_context")
     return used
 
@@ -60,10 +85,16 @@ def test_only_one_module_knows_the_system() -> None:
     for folder in ("a2v", "pipelines", "export"):
         for path in (ROOT / folder).rglob("*.py"):
             name = path.relative_to(ROOT).as_posix()
-            if name != HERE and name not in ALONE and (found := found_in(path.read_text(encoding="utf-8"))):
+            if (
+                name != HERE
+                and name not in ALONE
+                and (found := found_in(path.read_text(encoding="utf-8")))
+            ):
                 used[name] = found
     assert not used
-    assert {"fcntl", "resource", "os.killpg", "/proc/self/status"} <= found_in((ROOT / HERE).read_text(encoding="utf-8"))  # it is looked for
+    assert {"fcntl", "resource", "os.killpg", "/proc/self/status"} <= found_in(
+        (ROOT / HERE).read_text(encoding="utf-8")
+    )  # it is looked for
 
 
 def test_it_does_what_it_says(tmp_path: Path) -> None:
@@ -72,10 +103,14 @@ def test_it_does_what_it_says(tmp_path: Path) -> None:
     code = f"import os; from a2v.system import lock; print(lock(os.open({str(path)!r}, os.O_RDWR)))"
     first = os.open(path, os.O_RDWR)
     assert system.lock(first)
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    told = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
+    )
     assert told.stdout.strip() == "False"
     os.close(first)
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    told = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
+    )
     assert told.stdout.strip() == "True"
     assert system.core_count() >= 1
     before = system.file_mask()
@@ -96,7 +131,11 @@ def test_windows_gets_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
     assert system.core_count() >= 1
     system.bound_memory(1)
     ended = []
-    monkeypatch.setattr(system.subprocess, "run", lambda words, **_: ended.append(words) or subprocess.CompletedProcess(words, 0))
+    monkeypatch.setattr(
+        system.subprocess,
+        "run",
+        lambda words, **_: ended.append(words) or subprocess.CompletedProcess(words, 0),
+    )
     system.end_group(7, hard=False)
     system.link_folder(Path("a"), Path("b"))
     assert ended == [["taskkill", "/T", "/F", "/PID", "7"], ["cmd", "/c", "mklink", "/J", "a", "b"]]

@@ -22,14 +22,25 @@ SOURCES = {
     "pipelines/nodes/photos.py": ["joint_fit"],
     "pipelines/nodes/place.py": None,
 }
-"""Functions (or constants) whose sentences become notes; None for every literal that is given to `note`."""
+"""Functions (or constants) whose sentences become notes; None for every literal that is given to
+`note`."""
 
-NOTING = {"body.py", "motion.py", "photos.py", "place.py", "reconstruction.py", "rendering.py", "subject.py"}
-"""Modules of pipelines/nodes that call `note`: a new one belongs here, and what it says into `SOURCES` and the page."""
+NOTING = {
+    "body.py",
+    "motion.py",
+    "photos.py",
+    "place.py",
+    "reconstruction.py",
+    "rendering.py",
+    "subject.py",
+}
+"""Modules of pipelines/nodes that call `note`: a new one belongs here, and what it says into
+`SOURCES` and the page."""
 
 
 def texts(node: ast.AST) -> list[list[str]]:
-    """The constant pieces of each sentence among the literals of `node`: what is returned, appended, listed or noted."""
+    """The constant pieces of each sentence among the literals of `node`: what is returned,
+    appended, listed or noted."""
     found: list[list[str]] = []
     inside: set[int] = set()
     for part in ast.walk(node):
@@ -41,10 +52,16 @@ def texts(node: ast.AST) -> list[list[str]]:
         if id(part) in inside:
             continue
         if isinstance(part, ast.JoinedStr):
-            found.append([str(value.value) for value in part.values if isinstance(value, ast.Constant)])
+            found.append(
+                [str(value.value) for value in part.values if isinstance(value, ast.Constant)]
+            )
         elif isinstance(part, ast.Constant) and isinstance(part.value, str):
             found.append([part.value])
-    return [pieces for pieces in found if any(len(re.findall(r"[a-z]+", piece)) >= 3 for piece in pieces)]
+    return [
+        pieces
+        for pieces in found
+        if any(len(re.findall(r"[a-z]+", piece)) >= 3 for piece in pieces)
+    ]
 
 
 def sentences() -> list[tuple[str, list[str]]]:
@@ -52,7 +69,11 @@ def sentences() -> list[tuple[str, list[str]]]:
     for path, names in SOURCES.items():
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
         if names is None:
-            calls = [part for part in ast.walk(tree) if isinstance(part, ast.Call) and getattr(part.func, "id", "") == "note"]
+            calls = [
+                part
+                for part in ast.walk(tree)
+                if isinstance(part, ast.Call) and getattr(part.func, "id", "") == "note"
+            ]
             found += [(path, pieces) for call in calls for pieces in texts(call)]
             continue
         for part in ast.walk(tree):
@@ -81,7 +102,11 @@ def test_a_sentence_has_an_entry(path: str, pieces: list[str]) -> None:
 
 def test_all_places_that_print_are_known() -> None:
     nodes = ROOT / "pipelines" / "nodes"
-    assert {path.name for path in nodes.glob("*.py") if re.search(r"\bnote\(", path.read_text(encoding="utf-8"))} == NOTING
+    assert {
+        path.name
+        for path in nodes.glob("*.py")
+        if re.search(r"\bnote\(", path.read_text(encoding="utf-8"))
+    } == NOTING
     assert len(sentences()) > 20
 
 

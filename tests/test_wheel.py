@@ -19,7 +19,9 @@ PACKAGES = ("a2v", "pipelines", "export")
 @pytest.fixture(scope="module")
 def tracked() -> list[str]:
     """The repository's files that belong into the wheel."""
-    listed = subprocess.run(["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=False)
+    listed = subprocess.run(
+        ["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     if listed.returncode:
         pytest.skip("this is no git checkout: it cannot be told which files are the project's")
     return [name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
@@ -55,7 +57,19 @@ def wheel(tracked: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What pip puts into site-packages, without the dependencies."""
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "--no-compile", "--target", str(folder), str(wheel)]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "-q",
+        "--no-deps",
+        "--no-index",
+        "--no-compile",
+        "--target",
+        str(folder),
+        str(wheel),
+    ]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
     return folder
 
@@ -64,10 +78,16 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_file_of_the_packages_is_in_the_wheel(wheel: Path, tracked: list[str]) -> None:
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
-        points = next(archive.read(name).decode() for name in archive.namelist() if name.endswith("entry_points.txt"))
+        points = next(
+            archive.read(name).decode()
+            for name in archive.namelist()
+            if name.endswith("entry_points.txt")
+        )
     expected = {name if name.startswith("a2v/") else f"a2v/{name}" for name in tracked}
     assert not expected - inside, "name them in [tool.setuptools.package-data] of pyproject.toml"
-    assert not inside - expected, "pipelines and export lie beneath a2v: other packages have these names too"
+    assert not inside - expected, (
+        "pipelines and export lie beneath a2v: other packages have these names too"
+    )
     assert "a2v = a2v.command:main" in points
     assert wheel.stat().st_size < 100 << 20  # PyPI's limit for a file
 
@@ -92,7 +112,14 @@ for command in load_pipelines("cli").every_command():
 sys.exit(main(["motion", "--action", "Walk", "--frames", "4", "--rig", "mixamo", "--out", "walk.bvh", "--json"]))
 """
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     assert json.loads(done.stdout)["files"] == ["walk.bvh"]
     assert "mixamorig:Hips" in (tmp_path / "walk.bvh").read_text()

@@ -24,8 +24,8 @@ class DeformSettings:
     method : "arap" or "skinning"
         Eq. 20, or linear blend skinning (what a GLB's viewer does).
     control : float
-        Weight of a control point against the rigidity of its surroundings (dimensionless; the paper's 1). Smaller is
-        smoother: control is felt over about ``1 / sqrt(control)`` edges.
+        Weight of a control point against the rigidity of its surroundings (dimensionless; the
+        paper's 1). Smaller is smoother: control is felt over about ``1 / sqrt(control)`` edges.
     iterations : int
         At most, a frame.
     tolerance : float
@@ -43,7 +43,9 @@ class DeformSettings:
         if not (np.isfinite(self.control) and self.control > 0):
             raise InputError(f"deform.control is {self.control}; expected a positive weight")
         if self.iterations < 1 or not 0 <= self.tolerance < 1:
-            raise InputError(f"deform has {self.iterations} iterations and tolerance {self.tolerance}; expected 1 or more, and [0, 1)")
+            raise InputError(
+                f"deform has {self.iterations} iterations and tolerance {self.tolerance}; expected 1 or more, and [0, 1)"
+            )
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,10 @@ class ArapSolver:
 
     sum_i sum_j k_ij |(x_i - x_j) - R_i (s_i - s_j)|^2 + sum_l c_l |x_l - target_l|^2
 
-    with cotangent weights k. Alternates between the best rotations (local) and the best positions (global, one prefactored
-    sparse Cholesky). Rotations come from quaternion-free Newton steps on the axis (Mueller et al. 2016), which need no
-    decomposition, keep determinant +1 and start from the last iteration's.
+    with cotangent weights k. Alternates between the best rotations (local) and the best positions
+    (global, one prefactored sparse Cholesky). Rotations come from quaternion-free Newton steps on
+    the axis (Mueller et al. 2016), which need no decomposition, keep determinant +1 and start from
+    the last iteration's.
 
     Parameters
     ----------
@@ -79,7 +82,8 @@ class ArapSolver:
         Rest positions.
     faces : (F, 3) int
     control : (V,) float
-        Weights c_l; 0 for free vertices. At least one must be positive in every connected component.
+        Weights c_l; 0 for free vertices. At least one must be positive in every connected
+        component.
     """
 
     def __init__(self, vertices: FloatArray, faces: IntArray, control: FloatArray):
@@ -88,8 +92,15 @@ class ArapSolver:
         self.rest = vertices.astype(np.float64)
         self.control = np.asarray(control, dtype=np.float64)
         count = len(self.rest)
-        if self.control.shape != (count,) or not np.isfinite(self.control).all() or (self.control < 0).any() or not self.control.any():
-            raise InputError(f"control weights must be {count} numbers, none negative and not all zero")
+        if (
+            self.control.shape != (count,)
+            or not np.isfinite(self.control).all()
+            or (self.control < 0).any()
+            or not self.control.any()
+        ):
+            raise InputError(
+                f"control weights must be {count} numbers, none negative and not all zero"
+            )
         weights = cotangent_weights(self.rest, faces)
         stiffness = 2 * laplacian(weights)  # every edge counts from both of its ends
         self._factor = Cholesky(stiffness + diags(self.control))
@@ -124,21 +135,30 @@ class ArapSolver:
             Stop when the energy falls by less than this fraction.
         """
         count = len(self.rest)
-        turn = np.tile(np.eye(3), (count, 1, 1)) if rotations is None else np.array(rotations, dtype=np.float64)
+        turn = (
+            np.tile(np.eye(3), (count, 1, 1))
+            if rotations is None
+            else np.array(rotations, dtype=np.float64)
+        )
         pull = self.control[:, None] * np.where(self.control[:, None] > 0, targets, 0.0)
         energies: list[float] = []
         moments = None if start is None else self._moments(np.asarray(start, dtype=np.float64))
         while True:
-            if moments is not None:  # the first rotations may be far away; later ones follow in a single step
+            if (
+                moments is not None
+            ):  # the first rotations may be far away; later ones follow in a single step
                 turn = rotations_of(moments, turn, steps=1 if energies else 2)
             right = compiled(_right_hand_side)(turn, self.rest, *self._edges) + pull
             x = self._factor.solve(right)
             moments = self._moments(x)
-            # at the solution sum_j 2 k (x_i - x_j) = right - c x: the energy needs no product of its own
+            # at the solution sum_j 2 k (x_i - x_j) = right - c x: the energy needs no product of
+            # its own
             stretch = float(np.vdot(x, right - self.control[:, None] * x))
             energies.append(self._energy(x, turn, moments, targets, stretch))
             fall = energies[-2] - energies[-1] if len(energies) > 1 else np.inf
-            if len(energies) >= iterations or fall <= tolerance * max(energies[-1], 1e-12 * self._constant):
+            if len(energies) >= iterations or fall <= tolerance * max(
+                energies[-1], 1e-12 * self._constant
+            ):
                 return ArapResult(x, tuple(energies), len(energies))
 
     def _moments(self, x: FloatArray) -> FloatArray:
@@ -146,7 +166,14 @@ class ArapSolver:
         moments: FloatArray = compiled(_moments)(np.ascontiguousarray(x), self.rest, *self._edges)
         return moments
 
-    def _energy(self, x: FloatArray, turn: FloatArray, moments: FloatArray, targets: FloatArray, stretch: float) -> float:
+    def _energy(
+        self,
+        x: FloatArray,
+        turn: FloatArray,
+        moments: FloatArray,
+        targets: FloatArray,
+        stretch: float,
+    ) -> float:
         rigid = stretch + self._constant - 2 * float(np.vdot(turn, moments))
         gap = np.where(self.control[:, None] > 0, x - targets, 0.0)
         return max(rigid, 0.0) + float(self.control @ np.einsum("va,va->v", gap, gap))
@@ -191,10 +218,11 @@ def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights:
 
 
 class ArapDeformer:
-    """Eq. 20 for a character: locally rigid, pulled towards the reposed body plus displacement (`control_points`).
+    """Eq. 20 for a character: locally rigid, pulled towards the reposed body plus displacement
+    (`control_points`).
 
-    Factored once a character. Every frame starts from its *own* skinning result, not from the frame before: frames may be
-    computed in any order and on any machine with the same result.
+    Factored once a character. Every frame starts from its *own* skinning result, not from the frame
+    before: frames may be computed in any order and on any machine with the same result.
 
     Parameters
     ----------
@@ -206,18 +234,25 @@ class ArapDeformer:
         self.character, self.settings = character, settings
         self._targets = ControlPoints(character)
         self._solver = ArapSolver(
-            character.surface.vertices, character.surface.faces.astype(np.int64), np.full(len(character.surface.vertices), settings.control)
+            character.surface.vertices,
+            character.surface.faces.astype(np.int64),
+            np.full(len(character.surface.vertices), settings.control),
         )
 
     def solve(self, bone_transforms: FloatArray) -> ArapResult:
-        """Deform to one frame's bone transforms (B, 4, 4); energies and iterations are in the result."""
+        """Deform to one frame's bone transforms (B, 4, 4); energies and iterations are in the
+        result."""
         blended = blended_matrices(self.character, bone_transforms)
         rest = self.character.surface.vertices.astype(np.float64)
         start = np.einsum("vab,vb->va", blended[..., :3], rest) + blended[..., 3]
         targets = self._targets(bone_transforms)
         turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms), steps=2)
         return self._solver.solve(
-            targets, start=start, rotations=turns, iterations=self.settings.iterations, tolerance=self.settings.tolerance
+            targets,
+            start=start,
+            rotations=turns,
+            iterations=self.settings.iterations,
+            tolerance=self.settings.tolerance,
         )
 
     def __call__(self, bone_transforms: FloatArray) -> FloatArray:

@@ -1,4 +1,5 @@
-"""Binding a reconstructed surface to the fitted body (Eq. 19): correspondences, displacements, skinning weights."""
+"""Binding a reconstructed surface to the fitted body (Eq. 19): correspondences, displacements,
+skinning weights."""
 
 from __future__ import annotations
 
@@ -29,12 +30,13 @@ class BindSettings:
     normal_weight : float
         Metres of distance that opposite normals cost.
     part_smoothing : float
-        Metres over which the evidence for body parts is shared along the surface before parts are chosen.
+        Metres over which the evidence for body parts is shared along the surface before parts are
+        chosen.
     weight_smoothing : float
         Metres over which skinning weights are smoothed along the surface.
     far : float
-        Metres from the body at which a vertex counts as loose (hair, skirts): it takes its weights from the surface around it
-        rather than from its own nearest body vertex.
+        Metres from the body at which a vertex counts as loose (hair, skirts): it takes its weights
+        from the surface around it rather than from its own nearest body vertex.
     """
 
     neighbors: int = 24
@@ -62,21 +64,31 @@ def skin_of(body: Body) -> Character:
 
 
 def _four_largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The four largest of weights (V, B) of each vertex, (V, 4), largest first, with sum 1, and their bones (V, 4)."""
+    """The four largest of weights (V, B) of each vertex, (V, 4), largest first, with sum 1, and
+    their bones (V, 4)."""
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     largest = np.take_along_axis(weights, bones, axis=1).astype(np.float64)
     return largest / largest.sum(axis=1, keepdims=True), bones
 
 
-def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, settings: BindSettings = BindSettings()) -> Character:
+def bind(
+    surface: Surface,
+    body: Body,
+    *,
+    parts: IntArray | None = None,
+    settings: BindSettings = BindSettings(),
+) -> Character:
     """Bind `surface` to `body`.
 
-    1. Every vertex of the surface looks at its nearest body vertices; distance plus disagreement of normals is its cost.
-    2. The cost of each body part is shared along the surface (diffusion), then the cheapest part is chosen: a hand that
-       touches the hip belongs to what its own surface leads to. Known `parts` skip this.
+    1. Every vertex of the surface looks at its nearest body vertices; distance plus disagreement of
+       normals is its cost.
+    2. The cost of each body part is shared along the surface (diffusion), then the cheapest part is
+       chosen: a hand that touches the hip belongs to what its own surface leads to. Known `parts`
+       skip this.
     3. The cheapest body vertex *of that part* is the anchor (paper, Eq. 19).
-    4. Skinning weights come from the anchors and are smoothed by a diffusion that trusts close, agreeing vertices and lets
-       loose ones follow; the four largest are kept. Vertices that are the body's own (``surface.twins``, ``surface.face``) keep its weights.
+    4. Skinning weights come from the anchors and are smoothed by a diffusion that trusts close,
+       agreeing vertices and lets loose ones follow; the four largest are kept. Vertices that are
+       the body's own (``surface.twins``, ``surface.face``) keep its weights.
 
     Parameters
     ----------
@@ -84,7 +96,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         In the pose and frame of `body`.
     body : Body
     parts : (V,) int or None
-        Body part of each vertex of the surface (an index into `a2v.body.PARTS`) where known, -1 where not.
+        Body part of each vertex of the surface (an index into `a2v.body.PARTS`) where known, -1
+        where not.
     settings : BindSettings
 
     Returns
@@ -103,20 +116,36 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     if len(vertices) == 0 or len(faces) == 0:
         raise InputError("the surface is empty; reconstruct it first")
     body_vertices = body.vertices.astype(np.float64)
-    normals, body_normals = vertex_normals(vertices, faces), vertex_normals(body_vertices, body.faces.astype(np.int64))
+    normals, body_normals = (
+        vertex_normals(vertices, faces),
+        vertex_normals(body_vertices, body.faces.astype(np.int64)),
+    )
     tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
     if (away := float(np.median(tree_distance))) > 0.5:
-        raise InputError(f"the surface is {away:.2f} m away from the body; fit the body to it first")
+        raise InputError(
+            f"the surface is {away:.2f} m away from the body; fit the body to it first"
+        )
     present = np.unique(body.parts.astype(np.int64))
-    asked = np.zeros((len(vertices), len(present)), bool) if parts is None else np.asarray(parts)[:, None] == present
-    cost, best = _of_each_part(vertices, normals, body, body_normals, tree_distance, asked, settings)
-    area, stiffness = vertex_areas(vertices, faces) + 1e-12, laplacian(cotangent_weights(vertices, faces))
+    asked = (
+        np.zeros((len(vertices), len(present)), bool)
+        if parts is None
+        else np.asarray(parts)[:, None] == present
+    )
+    cost, best = _of_each_part(
+        vertices, normals, body, body_normals, tree_distance, asked, settings
+    )
+    area, stiffness = (
+        vertex_areas(vertices, faces) + 1e-12,
+        laplacian(cotangent_weights(vertices, faces)),
+    )
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
         chosen = _where_known(chosen, np.asarray(parts), present)
     rows = np.arange(len(vertices))
     anchors, price = best[rows, chosen], cost[rows, chosen]
-    trust = (0.05 + 0.95 * np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)) * np.exp(-((price / settings.far) ** 2)) + 1e-3
+    trust = (0.05 + 0.95 * np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)) * np.exp(
+        -((price / settings.far) ** 2)
+    ) + 1e-3
     weights, bones = _skin(anchors, body, area * trust, stiffness, settings)
     bound = Character(
         surface=surface,
@@ -125,7 +154,9 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         bones=bones.astype(np.int32),
         anchors=anchors.astype(np.int32),
         parts=present[chosen].astype(np.int8),
-        provenance={"bind": {name: getattr(settings, name) for name in settings.__dataclass_fields__}},
+        provenance={
+            "bind": {name: getattr(settings, name) for name in settings.__dataclass_fields__}
+        },
     )
     return _with_own_parts(bound)
 
@@ -136,17 +167,24 @@ def _with_own_parts(character: Character) -> Character:
     if surface.twins is not None:
         own = np.flatnonzero(surface.twins >= 0)
         character = _with_twins(character, own, surface.twins[own])
-    return character if surface.face is None else _with_twins(character, surface.face.patch, surface.face.twins)
+    return (
+        character
+        if surface.face is None
+        else _with_twins(character, surface.face.patch, surface.face.twins)
+    )
 
 
 def _with_twins(character: Character, own: IntArray, twins: IntArray) -> Character:
-    """The character with the body's own weights where its surface is the body's: its vertices `own` (K,) are the body's `twins` (K,)."""
+    """The character with the body's own weights where its surface is the body's: its vertices `own`
+    (K,) are the body's `twins` (K,)."""
     body = character.body
     weights, bones = character.weights.copy(), character.bones.copy()
     anchors, parts = character.anchors.copy(), character.parts.copy()
     weights[own], bones[own] = _four_largest(body.weights[twins])
     anchors[own], parts[own] = twins, body.parts[twins]
-    return dataclasses.replace(character, weights=weights, bones=bones, anchors=anchors, parts=parts)
+    return dataclasses.replace(
+        character, weights=weights, bones=bones, anchors=anchors, parts=parts
+    )
 
 
 def _of_each_part(
@@ -158,9 +196,11 @@ def _of_each_part(
     asked: BoolArray,
     settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
-    """Of each of the body's P parts the cheapest vertex for each of `vertices` (V, 3): its cost (V, P), metres, and the vertex (V, P).
+    """Of each of the body's P parts the cheapest vertex for each of `vertices` (V, 3): its cost (V,
+    P), metres, and the vertex (V, P).
 
-    `distance` (V,) is that of the nearest vertex of all. Parts that are too far away to be chosen cost infinitely much, unless `asked` (V, P).
+    `distance` (V,) is that of the nearest vertex of all. Parts that are too far away to be chosen
+    cost infinitely much, unless `asked` (V, P).
     """
     targets = body.vertices.astype(np.float64)
     cost, best = np.full(asked.shape, np.inf), np.zeros(asked.shape, np.int64)
@@ -169,15 +209,22 @@ def _of_each_part(
         own = np.flatnonzero(body.parts == part)
         rows = np.flatnonzero(asked[:, column] | (_box_distance(vertices, targets[own]) < limit))
         if len(rows):
-            cost[rows, column], index = _nearest(vertices[rows], normals[rows], targets[own], body_normals[own], settings)
+            cost[rows, column], index = _nearest(
+                vertices[rows], normals[rows], targets[own], body_normals[own], settings
+            )
             best[rows, column] = own[index]
     return cost, best
 
 
 def _nearest(
-    vertices: FloatArray, normals: FloatArray, targets: FloatArray, target_normals: FloatArray, settings: BindSettings
+    vertices: FloatArray,
+    normals: FloatArray,
+    targets: FloatArray,
+    target_normals: FloatArray,
+    settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
-    """The cheapest of a part's `targets` (N, 3) for each of `vertices` (V, 3): its cost (V,) in metres and its index (V,)."""
+    """The cheapest of a part's `targets` (N, 3) for each of `vertices` (V, 3): its cost (V,) in
+    metres and its index (V,)."""
     from scipy.spatial import cKDTree
 
     found = cKDTree(targets).query(vertices, k=min(settings.neighbors, len(targets)))
@@ -189,19 +236,26 @@ def _nearest(
 
 
 def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): the targets are no nearer."""
-    outside = np.maximum(np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0)
+    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): the targets are no
+    nearer."""
+    outside = np.maximum(
+        np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0
+    )
     return np.asarray(np.linalg.norm(outside, axis=1))
 
 
 def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
-    """The chosen columns (V,) of `present` parts, replaced where the part is `known` (V,; -1: not) and present."""
+    """The chosen columns (V,) of `present` parts, replaced where the part is `known` (V,; -1: not)
+    and present."""
     lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
     return np.where((known >= 0) & (present[lookup] == known), lookup, chosen)
 
 
-def _choose_parts(cost: FloatArray, area: FloatArray, stiffness: Any, settings: BindSettings) -> IntArray:
-    """Column (V,) of the part whose probability is the largest after sharing it along the surface."""
+def _choose_parts(
+    cost: FloatArray, area: FloatArray, stiffness: Any, settings: BindSettings
+) -> IntArray:
+    """Column (V,) of the part whose probability is the largest after sharing it along the
+    surface."""
     from scipy.sparse import diags
 
     sharp = np.exp(-(cost - cost.min(axis=1, keepdims=True)) / _SHARPNESS)
@@ -213,12 +267,15 @@ def _choose_parts(cost: FloatArray, area: FloatArray, stiffness: Any, settings: 
 def _skin(
     anchors: IntArray, body: Body, mass: FloatArray, stiffness: Any, settings: BindSettings
 ) -> tuple[FloatArray, IntArray]:
-    """Top-4 weights (V, 4), largest first, and their bones (V, 4): those of the `anchors`, smoothed where their `mass` (V,) is small."""
+    """Top-4 weights (V, 4), largest first, and their bones (V, 4): those of the `anchors`, smoothed
+    where their `mass` (V,) is small."""
     from scipy.sparse import diags
 
     used = np.flatnonzero(body.weights[np.unique(anchors)].max(axis=0) > 0)
     start = body.weights[anchors][:, used].astype(np.float64)
-    smooth = Cholesky(diags(mass) + settings.weight_smoothing**2 * stiffness).solve(mass[:, None] * start)
+    smooth = Cholesky(diags(mass) + settings.weight_smoothing**2 * stiffness).solve(
+        mass[:, None] * start
+    )
     smooth = np.maximum(smooth, 0)
     four = min(4, len(used))
     order = np.argsort(-smooth, axis=1, kind="stable")[:, :four]

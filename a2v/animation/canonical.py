@@ -12,17 +12,27 @@ from a2v.types import Body, Character, Surface
 
 def standing_body(body: Body) -> Body:
     """A body in its rest pose."""
-    moved = body.rest_transforms.astype(np.float64) @ np.linalg.inv(body.bone_transforms.astype(np.float64))
+    moved = body.rest_transforms.astype(np.float64) @ np.linalg.inv(
+        body.bone_transforms.astype(np.float64)
+    )
     skin = np.einsum("vb,bij->vij", body.weights.astype(np.float64), np.linalg.inv(moved))
     vertices = np.linalg.solve(skin[:, :3, :3], (body.vertices - skin[:, :3, 3])[..., None])[..., 0]
-    tails = np.einsum("bij,bj->bi", moved, np.concatenate([body.bone_tails, np.ones((len(body.bone_tails), 1))], axis=1))[:, :3]
+    tails = np.einsum(
+        "bij,bj->bi",
+        moved,
+        np.concatenate([body.bone_tails, np.ones((len(body.bone_tails), 1))], axis=1),
+    )[:, :3]
     return dataclasses.replace(
-        body, vertices=vertices.astype(np.float32), bone_transforms=body.rest_transforms, bone_tails=tails.astype(np.float32)
+        body,
+        vertices=vertices.astype(np.float32),
+        bone_transforms=body.rest_transforms,
+        bone_tails=tails.astype(np.float32),
     )
 
 
 def standing_character(surface: Surface, body: Body) -> Character:
-    """The character of a surface that has a `Standing`, on the body that was fitted to it: both in the body's rest pose, the soles on the ground.
+    """The character of a surface that has a `Standing`, on the body that was fitted to it: both in
+    the body's rest pose, the soles on the ground.
 
     Raises
     ------
@@ -37,7 +47,12 @@ def standing_character(surface: Surface, body: Body) -> Character:
     shift = np.array([-root[0], -float(standing.vertices[:, 1].min()), -root[2]], np.float32)
     moved = np.array(still.bone_transforms)
     moved[:, :3, 3] += shift
-    placed = dataclasses.replace(still, vertices=still.vertices + shift, bone_transforms=moved, bone_tails=still.bone_tails + shift)
+    placed = dataclasses.replace(
+        still,
+        vertices=still.vertices + shift,
+        bone_transforms=moved,
+        bone_tails=still.bone_tails + shift,
+    )
     return Character(
         surface=dataclasses.replace(surface, vertices=standing.vertices + shift, standing=None),
         body=placed,

@@ -1,4 +1,5 @@
-"""A character and its clips on the rig of another tool: new bones, a true rest pose, weights and animation re-expressed."""
+"""A character and its clips on the rig of another tool: new bones, a true rest pose, weights and
+animation re-expressed."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from a2v.geometry.polar import nearest_rotations
 from a2v.types import Body, Character, Face, FloatArray, IntArray
 
 _STIFF = 100.0
-"""How much more the heads of a bone's children count than all of its skin: they keep their places."""
+"""How much more the heads of a bone's children count than all of its skin: they keep their
+places."""
 _KEPT_REST = 0.02
 """Weight of a smooth rest pose against the photo's pose exactly."""
 
@@ -27,8 +29,8 @@ class RigChange:
     Attributes
     ----------
     character : Character
-        Mesh and bones in the rig's rest pose, the soles on the ground; weights of bones that the rig lacks are with their nearest
-        ancestor's. Anchors are those of the given character.
+        Mesh and bones in the rig's rest pose, the soles on the ground; weights of bones that the
+        rig lacks are with their nearest ancestor's. Anchors are those of the given character.
     source : Body
         The given character's.
     spec : RigSpec
@@ -39,7 +41,8 @@ class RigChange:
     owner : (B,) int
         Bone of the rig, without the root, that each bone of the body goes with.
     moments : (B, 3, 4) float64
-        Of the skin of each bone of the body about the head of the rig's bone: sums of w x x^T and of w x, square metres and metres.
+        Of the skin of each bone of the body about the head of the rig's bone: sums of w x x^T and
+        of w x, square metres and metres.
     """
 
     character: Character
@@ -53,9 +56,10 @@ class RigChange:
     def follow(self, bone_transforms: FloatArray) -> FloatArray:
         """The rig's bones for the body's own.
 
-        Every bone turns as the skin of all that it stands for does (least squares), but keeps its children in their directions; the hips
-        are where they were, all other bones keep their lengths, so that only rotations are left, as engines take them. A root stays on
-        the ground at the origin.
+        Every bone turns as the skin of all that it stands for does (least squares), but keeps its
+        children in their directions; the hips are where they were, all other bones keep their
+        lengths, so that only rotations are left, as engines take them. A root stays on the ground
+        at the origin.
 
         Parameters
         ----------
@@ -85,7 +89,9 @@ class RigChange:
             made[:, bone] = made[:, above] @ (np.linalg.inv(at_rest[above]) @ at_rest[bone])
         return made
 
-    def clips(self, clips: Mapping[str, tuple[FloatArray, float]]) -> dict[str, tuple[FloatArray, float]]:
+    def clips(
+        self, clips: Mapping[str, tuple[FloatArray, float]]
+    ) -> dict[str, tuple[FloatArray, float]]:
         """`follow` for named clips of (bone transforms, frames per second)."""
         return {name: (self.follow(transforms), fps) for name, (transforms, fps) in clips.items()}
 
@@ -98,7 +104,11 @@ class RigChange:
         turned = given[:, :, :3, :3] @ np.swapaxes(self.rest[:, :3, :3], 1, 2)
         now = self._heads(given)
         total = np.zeros((len(given), len(self.drivers), 3, 3))
-        shift = np.einsum("tbac,bc->tba", turned, heads[self.owner] - self.rest[:, :3, 3]) + given[..., :3, 3] - now[:, self.owner]
+        shift = (
+            np.einsum("tbac,bc->tba", turned, heads[self.owner] - self.rest[:, :3, 3])
+            + given[..., :3, 3]
+            - now[:, self.owner]
+        )
         parts = turned @ self.moments[:, :, :3] + shift[..., None] * self.moments[:, None, :, 3]
         for own, place in enumerate(self.owner.tolist()):
             total[:, place] += parts[:, own]
@@ -111,7 +121,9 @@ class RigChange:
                 reach = heads[place] - heads[above]
                 stiff = _STIFF * scale[above] / max(float(reach @ reach), 1e-6)
                 total[:, above] += stiff * (now[:, place] - now[:, above])[..., None] * reach
-        total += 1e-3 * scale[:, None, None] * turned[:, self.drivers]  # bones without skin of their own
+        total += (
+            1e-3 * scale[:, None, None] * turned[:, self.drivers]
+        )  # bones without skin of their own
         turns: FloatArray = nearest_rotations(total.reshape(-1, 3, 3)).reshape(total.shape)
         return turns
 
@@ -119,7 +131,8 @@ class RigChange:
 def change_rig(character: Character, spec: RigSpec) -> RigChange:
     """Put a character on another rig.
 
-    The mesh is brought to the rig's rest pose in such a way that the new skinning gives the photo's pose back.
+    The mesh is brought to the rig's rest pose in such a way that the new skinning gives the photo's
+    pose back.
 
     Parameters
     ----------
@@ -145,15 +158,31 @@ def change_rig(character: Character, spec: RigSpec) -> RigChange:
     rest[:, 1, 3] -= low
     skin[:, 1] -= low
     weights, bones = _merged(character, owner + int(bool(spec.root)))
-    changed = dataclasses.replace(character, body=_rig_body(body, spec, rest, drivers, owner), weights=weights, bones=bones)
+    changed = dataclasses.replace(
+        character, body=_rig_body(body, spec, rest, drivers, owner), weights=weights, bones=bones
+    )
     moments = _moments(character, skin, heads_of(body, spec, drivers, rest), owner)
-    change = RigChange(character=changed, source=body, spec=spec, rest=rest, drivers=drivers, owner=owner, moments=moments)
+    change = RigChange(
+        character=changed,
+        source=body,
+        spec=spec,
+        rest=rest,
+        drivers=drivers,
+        owner=owner,
+        moments=moments,
+    )
     vertices = _unposed(character, change, skin)
-    surface = dataclasses.replace(character.surface, vertices=vertices.astype(np.float32), face=_unposed_face(character, change))
+    surface = dataclasses.replace(
+        character.surface,
+        vertices=vertices.astype(np.float32),
+        face=_unposed_face(character, change),
+    )
     return dataclasses.replace(change, character=dataclasses.replace(changed, surface=surface))
 
 
-def _rig_body(body: Body, spec: RigSpec, rest: FloatArray, drivers: IntArray, owner: IntArray) -> Body:
+def _rig_body(
+    body: Body, spec: RigSpec, rest: FloatArray, drivers: IntArray, owner: IntArray
+) -> Body:
     """The body with the rig's bones, in the rig's rest pose."""
     heads, tails = heads_of(body, spec, drivers, rest), tails_of(body, spec, drivers, rest)
     transforms = np.tile(np.eye(4), (len(spec.names), 1, 1))
@@ -164,13 +193,25 @@ def _rig_body(body: Body, spec: RigSpec, rest: FloatArray, drivers: IntArray, ow
     places = {name: place for place, name in enumerate(spec.names)}
     weights = np.zeros((len(body.vertices), len(spec.names)))
     np.add.at(weights.T, owner + first, body.weights.astype(np.float64).T)
-    parents = np.array([*([-1] if first else []), *(places.get(bone.parent, -1) for bone in spec.bones), *(places[end.parent] for end in spec.ends)])
+    parents = np.array(
+        [
+            *([-1] if first else []),
+            *(places.get(bone.parent, -1) for bone in spec.bones),
+            *(places[end.parent] for end in spec.ends),
+        ]
+    )
     above = parents[last:]
-    transforms[last:, :3, :3], transforms[last:, :3, 3] = transforms[above, :3, :3], tails[above - first]
+    transforms[last:, :3, :3], transforms[last:, :3, 3] = (
+        transforms[above, :3, :3],
+        tails[above - first],
+    )
     tails = np.concatenate([tails, tails[above - first] + 0.2 * (tails - heads)[above - first]])
     moved = rest @ np.linalg.inv(body.bone_transforms.astype(np.float64))
     blended = np.einsum("vb,bac->vac", body.weights.astype(np.float64), moved)
-    vertices = np.einsum("vac,vc->va", blended[:, :3, :3], body.vertices.astype(np.float64)) + blended[:, :3, 3]
+    vertices = (
+        np.einsum("vac,vc->va", blended[:, :3, :3], body.vertices.astype(np.float64))
+        + blended[:, :3, 3]
+    )
     ends = np.concatenate([[[0.0, 0.0, 0.2]], tails]) if first else tails
     return dataclasses.replace(
         body,
@@ -186,7 +227,8 @@ def _rig_body(body: Body, spec: RigSpec, rest: FloatArray, drivers: IntArray, ow
 
 
 def _merged(character: Character, owner: IntArray) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (V, 4) of a character whose bones (B,) become `owner`: equal ones are summed, the largest stand first."""
+    """Weights and bones (V, 4) of a character whose bones (B,) become `owner`: equal ones are
+    summed, the largest stand first."""
     bones = owner[character.bones]
     weights = character.weights.astype(np.float64)
     for later in range(1, 4):
@@ -200,7 +242,9 @@ def _merged(character: Character, owner: IntArray) -> tuple[FloatArray, IntArray
     return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32), bones.astype(np.int32)
 
 
-def _moments(character: Character, skin: FloatArray, heads: FloatArray, owner: IntArray) -> FloatArray:
+def _moments(
+    character: Character, skin: FloatArray, heads: FloatArray, owner: IntArray
+) -> FloatArray:
     """See `RigChange.moments`; `skin` (V, 3) in the rest pose."""
     moments = np.zeros((len(owner), 3, 4))
     for column in range(4):
@@ -216,15 +260,25 @@ def _unposed_face(character: Character, change: RigChange) -> Face | None:
     face = character.surface.face
     if face is None:
         return None
-    blended = blended_matrices(change.character, change.follow(character.body.bone_transforms[None])[0])
-    offsets = np.linalg.solve(blended[face.vertices, :, :3], face.offsets.astype(np.float64)[..., None])[..., 0]
+    blended = blended_matrices(
+        change.character, change.follow(character.body.bone_transforms[None])[0]
+    )
+    offsets = np.linalg.solve(
+        blended[face.vertices, :, :3], face.offsets.astype(np.float64)[..., None]
+    )[..., 0]
     return dataclasses.replace(face, offsets=offsets.astype(np.float32))
 
 
 def _unposed(character: Character, change: RigChange, skin: FloatArray) -> FloatArray:
-    """Vertices (V, 3) in the rest pose whose new skinning at the photo's pose is the given surface; `skin`: what they should resemble."""
-    blended = blended_matrices(change.character, change.follow(character.body.bone_transforms[None])[0])
-    matrix, target = blended[..., :3], character.surface.vertices.astype(np.float64) - blended[..., 3]
+    """Vertices (V, 3) in the rest pose whose new skinning at the photo's pose is the given surface;
+    `skin`: what they should resemble."""
+    blended = blended_matrices(
+        change.character, change.follow(character.body.bone_transforms[None])[0]
+    )
+    matrix, target = (
+        blended[..., :3],
+        character.surface.vertices.astype(np.float64) - blended[..., 3],
+    )
     square = np.swapaxes(matrix, 1, 2)
     left = square @ matrix + _KEPT_REST * np.eye(3)
     right = np.einsum("vab,vb->va", square, target) + _KEPT_REST * skin

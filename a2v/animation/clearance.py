@@ -25,17 +25,21 @@ _FLESH = 0.008
 _REACH = 0.16
 """Deeper than this, metres, the nearest skin does not say which way out is."""
 _SURE = 0.08
-"""Towards this depth, metres, the nearest skin may be that of the other side of the trunk: where the arm went in says more."""
+"""Towards this depth, metres, the nearest skin may be that of the other side of the trunk: where
+the arm went in says more."""
 _ASIDE = 1.5
-"""How much outwards to the arm's own side counts beside where it went in: one that goes in at the front and comes out at the back passes the side."""
+"""How much outwards to the arm's own side counts beside where it went in: one that goes in at the
+front and comes out at the back passes the side."""
 _ROUNDS = 10
 """Rounds of finding where arms are within and of turning them, at most."""
 _POINTS = 10
 """Points of an arm that count in a frame: the deepest ones."""
 _MARGIN = 0.02
-"""Points that are this near, metres, count too: what turns an arm out of one place must not bring it into another."""
+"""Points that are this near, metres, count too: what turns an arm out of one place must not bring
+it into another."""
 _MOST = 1.2
-"""Radians that an upper arm is turned at most: what would need more is a pose that nobody takes, and is left."""
+"""Radians that an upper arm is turned at most: what would need more is a pose that nobody takes,
+and is left."""
 _MOST_BENT = 0.5
 """Radians by which an elbow is bent more or less, at most."""
 _BENDS = (0.2, 0.6)
@@ -50,7 +54,8 @@ _UPPER = 0.5
 
 @dataclass(frozen=True)
 class _Trunk:
-    """The skin of trunk, head and thighs, which no arm moves: world positions and normals (T, K, 3), and a tree of the first for each frame."""
+    """The skin of trunk, head and thighs, which no arm moves: world positions and normals (T, K,
+    3), and a tree of the first for each frame."""
 
     points: FloatArray
     normals: FloatArray
@@ -61,16 +66,24 @@ class _Trunk:
         from scipy.spatial import cKDTree
 
         owner, local = rig.skin
-        away = {bone for name in SIDES for joint in ("shoulder", "knee") for bone in subtree(rig.parents, rig.bones[f"{name}_{joint}"])}
+        away = {
+            bone
+            for name in SIDES
+            for joint in ("shoulder", "knee")
+            for bone in subtree(rig.parents, rig.bones[f"{name}_{joint}"])
+        }
         own = np.flatnonzero(~np.isin(owner, list(away)))
         points = place((owner[own], local[own]), transforms)
-        normals = np.einsum("tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own])
+        normals = np.einsum(
+            "tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own]
+        )
         return cls(points, normals, [cKDTree(frame) for frame in points])
 
 
 @dataclass(frozen=True)
 class _Arm:
-    """An arm's bones from the shoulder's and from the elbow's on, and the points of its skin, as `Rig.skin` has them, that are to keep out."""
+    """An arm's bones from the shoulder's and from the elbow's on, and the points of its skin, as
+    `Rig.skin` has them, that are to keep out."""
 
     left: bool
     shoulder: int
@@ -90,14 +103,24 @@ class _Arm:
         share = (rest - rig.heads[shoulder]) @ along / max(float(along @ along), 1e-9)
         own = np.flatnonzero(np.isin(owner, bones) & (share > _UPPER))
         fore = subtree(rig.parents, elbow)
-        return cls(side == "left", shoulder, elbow, rig.bones[f"{side}_wrist"], bones, fore, (owner[own], local[own]))
+        return cls(
+            side == "left",
+            shoulder,
+            elbow,
+            rig.bones[f"{side}_wrist"],
+            bones,
+            fore,
+            (owner[own], local[own]),
+        )
 
 
 def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
-    """Turn arms about their shoulders and bend their elbows, smoothly and no farther than needed, until they no longer lie within the trunk, the head or the thighs.
+    """Turn arms about their shoulders and bend their elbows, smoothly and no farther than needed,
+    until they no longer lie within the trunk, the head or the thighs.
 
-    Where an arm's skin is behind the tangent plane of the nearest skin of the trunk, it has to come before that plane. All frames are solved for
-    together (`smooth_turns`): the smallest and smoothest turns that do so; then it is looked at again.
+    Where an arm's skin is behind the tangent plane of the nearest skin of the trunk, it has to come
+    before that plane. All frames are solved for together (`smooth_turns`): the smallest and
+    smoothest turns that do so; then it is looked at again.
 
     Parameters
     ----------
@@ -127,7 +150,12 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
     ways: FloatArray | None = None
     for _ in range(_ROUNDS):
         skin = place(arm.skin, out)
-        depth, normal = (np.stack(part) for part in zip(*(_depths(trunk, t, points) for t, points in enumerate(skin)), strict=True))
+        depth, normal = (
+            np.stack(part)
+            for part in zip(
+                *(_depths(trunk, t, points) for t, points in enumerate(skin)), strict=True
+            )
+        )
         if depth.max() <= _FLESH:
             break
         if ways is None:
@@ -139,7 +167,8 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
 
 
 def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
-    """How far the arms are within trunk, head and thighs at most (T, 2), metres, left and right; 0 where they keep out."""
+    """How far the arms are within trunk, head and thighs at most (T, 2), metres, left and right; 0
+    where they keep out."""
     depth, trunk = np.zeros((len(transforms), 2)), _Trunk.of(transforms, rig)
     for column, side in enumerate(SIDES):
         arm = _Arm.of(rig, side)
@@ -150,7 +179,8 @@ def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
 
 
 def _depths(trunk: _Trunk, t: int, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Depth (A,) of an arm's `skin` (A, 3) at frame `t` behind the tangent planes of the trunk's nearest points, and the planes' normals (A, 3)."""
+    """Depth (A,) of an arm's `skin` (A, 3) at frame `t` behind the tangent planes of the trunk's
+    nearest points, and the planes' normals (A, 3)."""
     away, nearest = trunk.trees[t].query(skin, k=3, distance_upper_bound=_REACH)
     known = np.isfinite(away)
     nearest = np.where(known, nearest, 0)
@@ -159,15 +189,23 @@ def _depths(trunk: _Trunk, t: int, skin: FloatArray) -> tuple[FloatArray, FloatA
     behind = -((skin[:, None] - point) * normal).sum(-1)
     total = weight.sum(1)
     near = total > 0
-    depth = np.where(near, (np.where(known, behind, 0) * weight).sum(1) / np.where(near, total, 1), -np.inf)
+    depth = np.where(
+        near, (np.where(known, behind, 0) * weight).sum(1) / np.where(near, total, 1), -np.inf
+    )
     out = (normal * weight[..., None]).sum(1)
     return depth, out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
 
 
 def _half_spaces(
-    out: FloatArray, arm: _Arm, axes: FloatArray, skin: FloatArray, found: tuple[FloatArray, FloatArray], ways: FloatArray
+    out: FloatArray,
+    arm: _Arm,
+    axes: FloatArray,
+    skin: FloatArray,
+    found: tuple[FloatArray, FloatArray],
+    ways: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """How far the deepest points of an arm move outwards by its turns (T, M, 4), metres a radian, and how far they have to (T, M), metres."""
+    """How far the deepest points of an arm move outwards by its turns (T, M, 4), metres a radian,
+    and how far they have to (T, M), metres."""
     depth, normal = found
     deepest = np.argpartition(-depth, min(_POINTS, depth.shape[1] - 1), axis=1)[:, :_POINTS]
     rows = np.arange(len(out))[:, None]
@@ -185,8 +223,11 @@ def _half_spaces(
 
 
 def _bend_of(transforms: FloatArray, arm: _Arm) -> tuple[FloatArray, FloatArray]:
-    """How much the elbow is bent (T,), radians, and the unit axis (T, 3) about which it bends more."""
-    shoulder, elbow, wrist = (transforms[:, bone, :3, 3] for bone in (arm.shoulder, arm.elbow, arm.wrist))
+    """How much the elbow is bent (T,), radians, and the unit axis (T, 3) about which it bends
+    more."""
+    shoulder, elbow, wrist = (
+        transforms[:, bone, :3, 3] for bone in (arm.shoulder, arm.elbow, arm.wrist)
+    )
     upper, fore = unit(elbow - shoulder), unit(wrist - elbow)
     across = np.cross(upper, fore)
     bend: FloatArray = np.arctan2(np.linalg.norm(across, axis=-1), (upper * fore).sum(-1))
@@ -196,14 +237,23 @@ def _bend_of(transforms: FloatArray, arm: _Arm) -> tuple[FloatArray, FloatArray]
 def _limited(turned: FloatArray, bend: FloatArray) -> FloatArray:
     """Turns (T, 4) within what an arm can do; what is nothing to see is nothing."""
     size = np.linalg.norm(turned[:, :3], axis=-1, keepdims=True)
-    turns = turned[:, :3] * np.minimum(_MOST / np.maximum(size, 1e-9), 1) * np.maximum(1 - _NOTHING / np.maximum(size, 1e-9), 0)
-    bends = np.clip(turned[:, 3], -np.clip(bend - _BENDS[0], 0, _MOST_BENT), np.clip(_FOLDED - bend, 0, _MOST_BENT))
+    turns = (
+        turned[:, :3]
+        * np.minimum(_MOST / np.maximum(size, 1e-9), 1)
+        * np.maximum(1 - _NOTHING / np.maximum(size, 1e-9), 0)
+    )
+    bends = np.clip(
+        turned[:, 3],
+        -np.clip(bend - _BENDS[0], 0, _MOST_BENT),
+        np.clip(_FOLDED - bend, 0, _MOST_BENT),
+    )
     bends = np.sign(bends) * np.maximum(np.abs(bends) - _NOTHING, 0)
     return np.concatenate([turns, bends[:, None]], axis=1)
 
 
 def _turned(transforms: FloatArray, arm: _Arm, axes: FloatArray, turned: FloatArray) -> FloatArray:
-    """The clip with the arm turned by `turned` (T, 4): a rotation vector in the axes of the chest, and how much more the elbow is bent."""
+    """The clip with the arm turned by `turned` (T, 4): a rotation vector in the axes of the chest,
+    and how much more the elbow is bent."""
     out = transforms.copy()
     _, hinge = _bend_of(out, arm)
     turn_bones(out, arm.fore, rotvec_to_rotmat(turned[:, 3:] * hinge))
@@ -212,11 +262,14 @@ def _turned(transforms: FloatArray, arm: _Arm, axes: FloatArray, turned: FloatAr
 
 
 def _ways_out(depth: FloatArray, normal: FloatArray, axes: FloatArray, aside: float) -> FloatArray:
-    """Unit vectors (T, 3) along which a deep arm leaves the trunk: there where it went in, or comes out again, in the `axes` of the chest."""
+    """Unit vectors (T, 3) along which a deep arm leaves the trunk: there where it went in, or comes
+    out again, in the `axes` of the chest."""
     deepest = depth.argmax(axis=1)
     rows = np.arange(len(depth))
     most = depth[rows, deepest]
     shallow = (most > -_SURE / 2) & (most < _SURE / 2)
     ways = np.where(shallow[:, None], np.einsum("tab,ta->tb", axes, normal[rows, deepest]), np.nan)
-    world: FloatArray = unit(np.einsum("tab,tb->ta", axes, bridged(ways) + np.array([_ASIDE * aside, 0.0, 0.0])))
+    world: FloatArray = unit(
+        np.einsum("tab,tb->ta", axes, bridged(ways) + np.array([_ASIDE * aside, 0.0, 0.0]))
+    )
     return world

@@ -31,9 +31,11 @@ class ContactSettings:
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are filled.
     flight : float
-        Seconds: whoever touches nothing for longer does not jump but drifts, and is brought back to the ground; 0 never does.
+        Seconds: whoever touches nothing for longer does not jump but drifts, and is brought back to
+        the ground; 0 never does.
     follow_ground : float
-        Seconds over which a slowly drifting ground level is followed (HumanAct12's floors are not level); 0 for a rigid one.
+        Seconds over which a slowly drifting ground level is followed (HumanAct12's floors are not
+        level); 0 for a rigid one.
     """
 
     height_on: float = 0.04
@@ -73,7 +75,12 @@ def find_contacts(
             on[start + inside[0] : end] = True
     least = max(1, round(settings.shortest * fps))
     for start, end in runs(~on):
-        if start > 0 and end < len(on) and end - start <= least and (heights[start:end] < settings.height_off).all():
+        if (
+            start > 0
+            and end < len(on)
+            and end - start <= least
+            and (heights[start:end] < settings.height_off).all()
+        ):
             on[start:end] = True
     for start, end in runs(on):
         if end - start < min(least, len(on)):

@@ -11,7 +11,8 @@ from a2v.types import BoolArray, FloatArray
 
 
 def speed_of(points: FloatArray, fps: float) -> FloatArray:
-    """Speed (T,) in metres a second: the slower of the steps before and after a frame, so that a contact keeps its ends."""
+    """Speed (T,) in metres a second: the slower of the steps before and after a frame, so that a
+    contact keeps its ends."""
     if len(points) < 2:
         return np.zeros(len(points))
     steps = np.linalg.norm(np.diff(points, axis=0), axis=-1) * fps
@@ -26,7 +27,8 @@ def runs(flags: BoolArray) -> list[tuple[int, int]]:
 
 
 def bridged(values: FloatArray) -> FloatArray:
-    """Fill NaN rows (T, C): smoothly from one filled row to the next, constant beyond the ends, zero without any."""
+    """Fill NaN rows (T, C): smoothly from one filled row to the next, constant beyond the ends,
+    zero without any."""
     known = np.flatnonzero(np.isfinite(values[:, 0]))
     if len(known) == 0:
         return np.zeros_like(values)
@@ -49,7 +51,8 @@ def near(flags: BoolArray, width: float) -> FloatArray:
 
 
 def eased(values: FloatArray, width: float) -> FloatArray:
-    """A smooth curve (T,) that is nowhere under `values`: widened by a maximum filter, then smoothed."""
+    """A smooth curve (T,) that is nowhere under `values`: widened by a maximum filter, then
+    smoothed."""
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
     if values.max(initial=0.0) <= 0:

@@ -1,4 +1,5 @@
-"""Posing a character by skinning: the start of Eq. 20 and the fast fallback, and the paper's control points S*."""
+"""Posing a character by skinning: the start of Eq. 20 and the fast fallback, and the paper's
+control points S*."""
 
 from __future__ import annotations
 
@@ -68,8 +69,9 @@ def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
 class ControlPoints:
     """The paper's target positions S*: the reposed body plus the displacement map (Eq. 19).
 
-    The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone ("free-form deformation" in the
-    paper) these tear where neighbouring vertices have different anchors: `ArapDeformer` is what they are for.
+    The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone
+    ("free-form deformation" in the paper) these tear where neighbouring vertices have different
+    anchors: `ArapDeformer` is what they are for.
     """
 
     def __init__(self, character: Character):
@@ -89,7 +91,9 @@ class ControlPoints:
         at_anchor = (self._weights @ matrices.reshape(len(matrices), 12)).reshape(-1, 3, 4)
         turns = rotations_of(at_anchor[..., :3], matrices[self._strongest, :, :3])
         reposed = np.einsum("vab,vb->va", at_anchor[..., :3], self._anchors) + at_anchor[..., 3]
-        targets: FloatArray = reposed[self._back] + np.einsum("vab,vb->va", turns[self._back], self._shift)
+        targets: FloatArray = reposed[self._back] + np.einsum(
+            "vab,vb->va", turns[self._back], self._shift
+        )
         return targets
 
 

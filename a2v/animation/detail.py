@@ -1,4 +1,5 @@
-"""Fingers and faces that a motion's joints do tell: those of clips and recordings with joints of fingers and one before the face."""
+"""Fingers and faces that a motion's joints do tell: those of clips and recordings with joints of
+fingers and one before the face."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ HEAD_SHARE = 0.6
 
 
 def detail_joints(motion: Motion) -> dict[str, FloatArray]:
-    """What a clip has beside the canonical joints: ``left_index_1`` to ``left_index_4`` and so on, and `FRONT`; each (T, 3) float64, the clip's units.
+    """What a clip has beside the canonical joints: ``left_index_1`` to ``left_index_4`` and so on,
+    and `FRONT`; each (T, 3) float64, the clip's units.
 
     Hands of which a finger has not three joints are left out.
     """
@@ -41,10 +43,17 @@ def detail_joints(motion: Motion) -> dict[str, FloatArray]:
     return found
 
 
-def follow_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], source: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
+def follow_hands(
+    transforms: FloatArray,
+    rig: Rig,
+    names: Sequence[str],
+    source: Mapping[str, FloatArray],
+    known: FloatArray,
+) -> FloatArray:
     """Bone transforms whose palms and fingers are those of a motion.
 
-    The forearm takes what the palm turns about it, the wrist what is left; fingers point as they do, seen from the hand.
+    The forearm takes what the palm turns about it, the wrist what is left; fingers point as they
+    do, seen from the hand.
 
     Parameters
     ----------
@@ -67,19 +76,30 @@ def follow_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], source:
         _turn_palm(out, rig, hand, axes, known)
         own = _rig_axes(out, rig, hand)
         for finger in FINGERS:
-            points = [source[key] for place in range(1, 5) if (key := f"{side}_{finger}_{place}") in source]
+            points = [
+                source[key]
+                for place in range(1, 5)
+                if (key := f"{side}_{finger}_{place}") in source
+            ]
             told = [unit(after - before) for before, after in itertools.pairwise(points)]
             told += [told[-1]] * (3 - len(told))
-            for place, (segment, direction) in enumerate(zip(hand.segments(rig, finger), told, strict=True)):
+            for place, (segment, direction) in enumerate(
+                zip(hand.segments(rig, finger), told, strict=True)
+            ):
                 bones = hand.fingers[finger][place:]
                 now = out[:, bones[0], :3, :3] @ (rig.rest[bones[0]].T @ segment)
                 wanted = np.einsum("tab,tb,tac->tc", axes, direction, own)
-                turn_bones(out, bones, rotvec_to_rotmat(known[:, None] * swing_between(now, wanted)))
+                turn_bones(
+                    out, bones, rotvec_to_rotmat(known[:, None] * swing_between(now, wanted))
+                )
     return out
 
 
-def follow_face(transforms: FloatArray, rig: Rig, source: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
-    """Bone transforms (T, B, 4, 4) whose head looks where `FRONT` says, as far as it is `known` (T,); the neck takes its share."""
+def follow_face(
+    transforms: FloatArray, rig: Rig, source: Mapping[str, FloatArray], known: FloatArray
+) -> FloatArray:
+    """Bone transforms (T, B, 4, 4) whose head looks where `FRONT` says, as far as it is `known`
+    (T,); the neck takes its share."""
     chain = rig.chains["neck"]
     if FRONT not in source or "head_top" not in source or "head" not in rig.bones or not chain:
         return transforms
@@ -89,12 +109,17 @@ def follow_face(transforms: FloatArray, rig: Rig, source: Mapping[str, FloatArra
     out, head = transforms.copy(), rig.bones["head"]
     for bone, share in [*((bone, (1 - HEAD_SHARE) / len(chain)) for bone in chain), (head, 1.0)]:
         face = out[:, head, :3, :3] @ (rig.rest[head].T @ np.array([0.0, 0.0, 1.0]))
-        turn_bones(out, subtree(rig.parents, bone), rotvec_to_rotmat((share * known)[:, None] * swing_between(face, wanted)))
+        turn_bones(
+            out,
+            subtree(rig.parents, bone),
+            rotvec_to_rotmat((share * known)[:, None] * swing_between(face, wanted)),
+        )
     return out
 
 
 def _hand_axes(source: Mapping[str, FloatArray], side: str) -> FloatArray:
-    """Directions (T, 3, 3), a row each, along a motion's hand, out of its palm and towards its thumb."""
+    """Directions (T, 3, 3), a row each, along a motion's hand, out of its palm and towards its
+    thumb."""
     wrist = source[f"{side}_wrist"]
     index, middle, little = (source[f"{side}_{finger}_1"] for finger in KNUCKLES)
     along = unit(middle - wrist)
@@ -118,7 +143,10 @@ def _turn_palm(out: FloatArray, rig: Rig, hand: Hand, axes: FloatArray, known: F
     angle = np.arctan2((np.cross(palm, wanted) * along).sum(-1), (palm * wanted).sum(-1))
     angle = np.unwrap(angle)
     angle -= 2 * np.pi * np.round(np.median(angle) / (2 * np.pi))
-    steps = [*rig.chains[f"{hand.side}_elbow"], hand.wrist]  # each turns with what is above it, and a share more
+    steps = [
+        *rig.chains[f"{hand.side}_elbow"],
+        hand.wrist,
+    ]  # each turns with what is above it, and a share more
     turn = rotvec_to_rotmat((known * angle / len(steps))[:, None] * along)
     for bone in steps:
         turn_bones(out, subtree(rig.parents, bone), turn)

@@ -1,4 +1,5 @@
-"""Characters as game engines and phones want them: few triangles whose detail is in a normal map, and a texture of a chosen size."""
+"""Characters as game engines and phones want them: few triangles whose detail is in a normal map,
+and a texture of a chosen size."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from a2v.geometry.simplify import simplify
 from a2v.types import Character, FloatArray, Surface
 
 FACE = 300.0
-"""What an error of the shape counts for on the body's own face and wherever expressions move it, against 1 on clothes."""
+"""What an error of the shape counts for on the body's own face and wherever expressions move it,
+against 1 on clothes."""
 HEAD = 3.0
 """The same elsewhere on the head."""
 HANDS = 4.0
@@ -43,17 +45,23 @@ class EngineSettings:
 
     def __post_init__(self) -> None:
         if self.triangles and not 1000 <= self.triangles <= 1_000_000:
-            raise InputError(f"triangles is {self.triangles}; expected 0 for all, or 1000 to 1000000 (8000, 20000 and 30000 are usual)")
+            raise InputError(
+                f"triangles is {self.triangles}; expected 0 for all, or 1000 to 1000000 (8000, 20000 and 30000 are usual)"
+            )
         if self.texture not in (512, 1024, 2048, 4096):
             raise InputError(f"texture is {self.texture}; choose from 512, 1024, 2048, 4096")
         if self.normal_map not in (0, 512, 1024, 2048, 4096):
-            raise InputError(f"normal_map is {self.normal_map}; choose from 0, 512, 1024, 2048, 4096")
+            raise InputError(
+                f"normal_map is {self.normal_map}; choose from 0, 512, 1024, 2048, 4096"
+            )
 
 
 def engine_ready(character: Character, settings: EngineSettings = EngineSettings()) -> Character:
-    """A character with at most so many triangles, their lost detail in a normal map, and a texture of at most so many texels.
+    """A character with at most so many triangles, their lost detail in a normal map, and a texture
+    of at most so many texels.
 
-    Vertices that are left keep their places, weights and expressions exactly. A character that is small enough is only given the texture's size.
+    Vertices that are left keep their places, weights and expressions exactly. A character that is
+    small enough is only given the texture's size.
 
     Parameters
     ----------
@@ -65,16 +73,24 @@ def engine_ready(character: Character, settings: EngineSettings = EngineSettings
     if settings.triangles and len(surface.faces) > settings.triangles:
         small = with_triangles(character, settings.triangles)
         if settings.normal_map and surface.uv is not None and small.surface.uv is not None:
-            fine, coarse = (surface.vertices, surface.faces, surface.uv), (small.surface.vertices, small.surface.faces, small.surface.uv)
+            fine, coarse = (
+                (surface.vertices, surface.faces, surface.uv),
+                (small.surface.vertices, small.surface.faces, small.surface.uv),
+            )
             baked = bake_normal_map(fine, coarse, size=settings.normal_map)
-            small = dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=baked))
+            small = dataclasses.replace(
+                small, surface=dataclasses.replace(small.surface, normal_map=baked)
+            )
     return dataclasses.replace(small, surface=_with_texture(small.surface, settings.texture))
 
 
 def with_triangles(character: Character, triangles: int) -> Character:
-    """A character of at most `triangles` triangles, or the fewest that keep the borders of its texture's charts; see `simplify`."""
+    """A character of at most `triangles` triangles, or the fewest that keep the borders of its
+    texture's charts; see `simplify`."""
     surface = character.surface
-    result = simplify(surface.vertices, surface.faces, triangles, uv=surface.uv, importance=_importance(character))
+    result = simplify(
+        surface.vertices, surface.faces, triangles, uv=surface.uv, importance=_importance(character)
+    )
     kept = result.kept
     number = np.full(len(surface.vertices), -1)
     number[kept] = np.arange(len(kept))
@@ -112,13 +128,24 @@ def _importance(character: Character) -> FloatArray:
 def _of_bone(name: str) -> float:
     """What errors count for around a vertex that this bone moves most."""
     stem = name.removeprefix("left_").removeprefix("right_")
-    return HEAD if stem.startswith(("head", "jaw", "eye")) else HANDS if stem.startswith(("finger", "metacarpal", "wrist", "hand")) else 1.0
+    return (
+        HEAD
+        if stem.startswith(("head", "jaw", "eye"))
+        else HANDS
+        if stem.startswith(("finger", "metacarpal", "wrist", "hand"))
+        else 1.0
+    )
 
 
 def coarser(character: Character, triangles: int, texture: int = 4096) -> Character:
-    """A copy of at most so many triangles with the same pictures, at most `texture` texels a side: the normal map of the finer one goes on."""
-    small = engine_ready(character, EngineSettings(triangles=triangles, normal_map=0, texture=texture))
-    return dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=character.surface.normal_map))
+    """A copy of at most so many triangles with the same pictures, at most `texture` texels a side:
+    the normal map of the finer one goes on."""
+    small = engine_ready(
+        character, EngineSettings(triangles=triangles, normal_map=0, texture=texture)
+    )
+    return dataclasses.replace(
+        small, surface=dataclasses.replace(small.surface, normal_map=character.surface.normal_map)
+    )
 
 
 def _with_texture(surface: Surface, size: int) -> Surface:
@@ -127,4 +154,6 @@ def _with_texture(surface: Surface, size: int) -> Surface:
 
     if surface.texture is None or surface.texture.shape[0] <= size:
         return surface
-    return dataclasses.replace(surface, texture=cv2.resize(surface.texture, (size, size), interpolation=cv2.INTER_AREA))
+    return dataclasses.replace(
+        surface, texture=cv2.resize(surface.texture, (size, size), interpolation=cv2.INTER_AREA)
+    )

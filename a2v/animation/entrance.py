@@ -11,7 +11,8 @@ from a2v.types import Body, FloatArray, IntArray
 
 
 def photo_to_world(body: Body) -> FloatArray:
-    """Translation (3,) float64 from the frame of the photo's camera to the world: the root over the origin, the lowest point on the ground."""
+    """Translation (3,) float64 from the frame of the photo's camera to the world: the root over the
+    origin, the lowest point on the ground."""
     root = body.bone_transforms[0, :3, 3].astype(np.float64)
     return np.array([-root[0], -float(body.vertices[:, 1].min()), -root[2]])
 
@@ -23,10 +24,18 @@ def in_world(body: Body) -> FloatArray:
     return moved
 
 
-def enter_from(transforms: FloatArray, start: FloatArray, parents: IntArray, *, fps: float, seconds: float = 0.9) -> FloatArray:
+def enter_from(
+    transforms: FloatArray,
+    start: FloatArray,
+    parents: IntArray,
+    *,
+    fps: float,
+    seconds: float = 0.9,
+) -> FloatArray:
     """Bone transforms whose first frame is `start` and that are a clip's own after `seconds`.
 
-    Every bone turns the short way relative to its parent, with no speed at the start; the root moves along.
+    Every bone turns the short way relative to its parent, with no speed at the start; the root
+    moves along.
 
     Parameters
     ----------
@@ -48,7 +57,9 @@ def enter_from(transforms: FloatArray, start: FloatArray, parents: IntArray, *, 
         `start` has other bones, or `seconds` is not positive.
     """
     if start.shape != transforms.shape[1:]:
-        raise InputError(f"the first pose has bones of shape {start.shape}; the clip's are {transforms.shape[1:]}")
+        raise InputError(
+            f"the first pose has bones of shape {start.shape}; the clip's are {transforms.shape[1:]}"
+        )
     if seconds <= 0:
         raise InputError(f"{seconds} s to go over into the clip; expected more than 0")
     count = min(len(transforms), round(seconds * fps))
@@ -56,11 +67,16 @@ def enter_from(transforms: FloatArray, start: FloatArray, parents: IntArray, *, 
         return np.asarray(transforms, np.float32)
     moment = np.arange(count) / count
     share = smoothstep(moment, 0, 1)
-    clip, first = _local(transforms[:count].astype(np.float64), parents), _local(start[None].astype(np.float64), parents)
+    clip, first = (
+        _local(transforms[:count].astype(np.float64), parents),
+        _local(start[None].astype(np.float64), parents),
+    )
     between = rotmat_to_rotvec(np.swapaxes(first[..., :3, :3], -1, -2) @ clip[..., :3, :3])
     mixed = clip.copy()
     mixed[..., :3, :3] = first[..., :3, :3] @ rotvec_to_rotmat(share[:, None, None] * between)
-    mixed[..., :3, 3] = first[..., :3, 3] + share[:, None, None] * (clip[..., :3, 3] - first[..., :3, 3])
+    mixed[..., :3, 3] = first[..., :3, 3] + share[:, None, None] * (
+        clip[..., :3, 3] - first[..., :3, 3]
+    )
     for bone, parent in enumerate(parents.tolist()):
         if parent >= 0:
             mixed[:, bone] = mixed[:, parent] @ mixed[:, bone]

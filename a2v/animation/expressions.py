@@ -45,8 +45,13 @@ class BlinkSettings:
     def __post_init__(self) -> None:
         if not 0 <= self.rate <= 60:
             raise InputError(f"blink.rate is {self.rate}; expected 0 to 60 a minute")
-        if not all(0 < length <= 2 for length in (self.closing, self.opening, self.least)) or not 0 <= self.closed <= 2:
-            raise InputError("blink.closing, closed, opening and least are times of up to 2 seconds; expected more than 0 (closed: or 0)")
+        if (
+            not all(0 < length <= 2 for length in (self.closing, self.opening, self.least))
+            or not 0 <= self.closed <= 2
+        ):
+            raise InputError(
+                "blink.closing, closed, opening and least are times of up to 2 seconds; expected more than 0 (closed: or 0)"
+            )
         if self.seed < 0:
             raise InputError(f"blink.seed is {self.seed}; expected 0 or more")
 
@@ -54,8 +59,9 @@ class BlinkSettings:
 def blinks(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -> FloatArray:
     """How far the lids are closed in each frame.
 
-    The times between blinks are exponentially distributed above the shortest one, with the mean that the rate says; the first blink comes
-    within the first two seconds. Each blink is shut at a frame.
+    The times between blinks are exponentially distributed above the shortest one, with the mean
+    that the rate says; the first blink comes within the first two seconds. Each blink is shut at a
+    frame.
 
     Returns
     -------
@@ -79,13 +85,20 @@ def blinks(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -
     return shut
 
 
-def blinking(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -> dict[str, FloatArray]:
+def blinking(
+    frames: int, fps: float, settings: BlinkSettings = BlinkSettings()
+) -> dict[str, FloatArray]:
     """`blinks` as strengths (frames,) of both lids' expressions; empty where nobody blinks."""
     shut = blinks(frames, fps, settings)
     return dict.fromkeys(BLINK, shut) if shut.any() else {}
 
 
-def express(character: Character, vertices: FloatArray, bone_transforms: FloatArray, strengths: Mapping[str, float]) -> FloatArray:
+def express(
+    character: Character,
+    vertices: FloatArray,
+    bone_transforms: FloatArray,
+    strengths: Mapping[str, float],
+) -> FloatArray:
     """Posed vertices with expressions on them.
 
     Parameters

@@ -1,4 +1,5 @@
-"""What each foot does between and during its contacts, and how leg, foot and toes come to do it (two-bone inverse kinematics)."""
+"""What each foot does between and during its contacts, and how leg, foot and toes come to do it
+(two-bone inverse kinematics)."""
 
 from __future__ import annotations
 
@@ -18,14 +19,16 @@ _MARGIN = 0.003
 """Metres that soles stay over the ground: skinning moves them a little against their bones."""
 
 _SLACK = 0.006
-"""Metres by which a stretched leg may miss its place before the pelvis comes down: less is not seen, bent knees are."""
+"""Metres by which a stretched leg may miss its place before the pelvis comes down: less is not
+seen, bent knees are."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FootPlan:
-    """What a foot should do: `ankle` (T, 3), additional rotation `extra` (T, 3, 3), toes bent by `toes` (T,) radians, and in
-    which frames it is `on` the ground (T,); `move` (T, 3) is the ankle's displacement, `height` (T,) the sole's over the ground,
-    `rise` (T,) what a fast foot should have at least."""
+    """What a foot should do: `ankle` (T, 3), additional rotation `extra` (T, 3, 3), toes bent by
+    `toes` (T,) radians, and in which frames it is `on` the ground (T,); `move` (T, 3) is the
+    ankle's displacement, `height` (T,) the sole's over the ground, `rise` (T,) what a fast foot
+    should have at least."""
 
     ankle: FloatArray
     extra: FloatArray
@@ -37,9 +40,15 @@ class FootPlan:
 
 
 def plan_foot(
-    transforms: FloatArray, rig: Rig, side: str, fps: float, settings: ContactSettings, under: FloatArray | float = 0.0
+    transforms: FloatArray,
+    rig: Rig,
+    side: str,
+    fps: float,
+    settings: ContactSettings,
+    under: FloatArray | float = 0.0,
 ) -> FootPlan:
-    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) that stand `under` (T,) over the ground y = 0."""
+    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) that stand `under`
+    (T,) over the ground y = 0."""
     frames, foot = len(transforms), rig.bones[f"{side}_ankle"]
     up = np.zeros((frames, 3))
     up[:, 1] = under
@@ -49,19 +58,28 @@ def plan_foot(
     bottom = at_rest[:, 1] < at_rest[:, 1].min() + 0.02
     middle = 0.5 * (at_rest[:, 2].min() + at_rest[:, 2].max())
     front, back = bottom & (at_rest[:, 2] > middle), bottom & (at_rest[:, 2] <= middle)
-    ball = rig.rest[foot].T @ (rig.joints[f"{side}_foot"] - rig.heads[foot]) if f"{side}_foot" in rig.joints else offsets[front].mean(0)
+    ball = (
+        rig.rest[foot].T @ (rig.joints[f"{side}_foot"] - rig.heads[foot])
+        if f"{side}_foot" in rig.joints
+        else offsets[front].mean(0)
+    )
     heel = offsets[np.where(bottom, at_rest[:, 2], np.inf).argmin()]
     sole = offsets @ np.swapaxes(rotmats, 1, 2) + ankle[:, None]
     ball_height = float((rig.rest[foot] @ ball)[1] - at_rest[:, 1].min())
     # toes give way: what counts is the ball of the foot, or the toes where they are the lower
-    front_height = np.minimum((rotmats @ ball + ankle)[:, 1] - ball_height, np.maximum(sole[:, front, 1].min(-1), -0.01))
+    front_height = np.minimum(
+        (rotmats @ ball + ankle)[:, 1] - ball_height, np.maximum(sole[:, front, 1].min(-1), -0.01)
+    )
     toes_on = find_contacts(front_height, rotmats @ ball + ankle, fps, settings)
     heel_on = find_contacts(sole[:, back, 1].min(-1), rotmats @ heel + ankle, fps, settings)
     on = toes_on | heel_on
     extra = _flattened(rotmats @ rig.rest[foot].T, toes_on & heel_on, settings.blend * fps)
     new_rotmats = extra @ rotmats
     bend = _toe_bend(new_rotmats @ rig.rest[foot].T, toes_on, settings.blend * fps)
-    placed = _bent(offsets, toe, ball, rig.rest[foot], bend) @ np.swapaxes(new_rotmats, 1, 2) + ankle[:, None]
+    placed = (
+        _bent(offsets, toe, ball, rig.rest[foot], bend) @ np.swapaxes(new_rotmats, 1, 2)
+        + ankle[:, None]
+    )
     points = {True: new_rotmats @ ball + ankle, False: new_rotmats @ heel + ankle}
     move = np.full((frames, 3), np.nan)
     for start, end in runs(on):
@@ -70,7 +88,9 @@ def plan_foot(
         for i in range(1, end - start):
             t = start + i
             end_on = bool(toes_on[t])
-            if end_on != bool(toes_on[t - 1]):  # the foot rolls over: the other end is held from here
+            if end_on != bool(
+                toes_on[t - 1]
+            ):  # the foot rolls over: the other end is held from here
                 anchor = points[end_on][t, ::2] + correction[i - 1]
             correction[i] = anchor - points[end_on][t, ::2]
         move[start:end, ::2] = correction - correction.mean(0)
@@ -84,26 +104,41 @@ def plan_foot(
     rise = settings.clearance * np.clip((fastest - 0.3) / 0.2, 0, 1) * ~on
     rise = np.where(on, 0.0, eased(rise, 0.05 * fps)) if rise.any() else rise
     move[:, 1] = np.maximum(move[:, 1], _MARGIN - lowest)
-    return FootPlan(ankle=ankle + move + up, extra=extra, toes=bend, on=on, move=move, rise=rise, height=lowest + move[:, 1])
+    return FootPlan(
+        ankle=ankle + move + up,
+        extra=extra,
+        toes=bend,
+        on=on,
+        move=move,
+        rise=rise,
+        height=lowest + move[:, 1],
+    )
 
 
 def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:
-    """The plan with its fast foot kept clear of the ground, but not the lower one of two: somebody has to stand."""
+    """The plan with its fast foot kept clear of the ground, but not the lower one of two: somebody
+    has to stand."""
     share = np.clip((plan.height - other.height + 0.03) / 0.04, 0, 1)
-    up = np.maximum(plan.rise * share + _MARGIN - plan.height, 0)[:, None] * np.array([0.0, 1.0, 0.0])
+    up = np.maximum(plan.rise * share + _MARGIN - plan.height, 0)[:, None] * np.array(
+        [0.0, 1.0, 0.0]
+    )
     return dataclasses.replace(plan, ankle=plan.ankle + up, move=plan.move + up)
 
 
 def _toe_bend(rotmats: FloatArray, toes_on: BoolArray, width: float) -> FloatArray:
-    """Angle (T,) by which toes bend up against the foot so that they stay level while the heel is raised."""
+    """Angle (T,) by which toes bend up against the foot so that they stay level while the heel is
+    raised."""
     forward = rotmats[:, :, 2]
     dip = np.arcsin(np.clip(-forward[:, 1], -1, 1))
     bend: FloatArray = np.clip(dip, 0, np.deg2rad(50)) * near(toes_on, width)
     return bend
 
 
-def _bent(offsets: FloatArray, toe: BoolArray, ball: FloatArray, rest: FloatArray, bend: FloatArray) -> FloatArray:
-    """Points of a foot (T, K, 3) in its bone's frame with the toes bent up about the ball of the foot."""
+def _bent(
+    offsets: FloatArray, toe: BoolArray, ball: FloatArray, rest: FloatArray, bend: FloatArray
+) -> FloatArray:
+    """Points of a foot (T, K, 3) in its bone's frame with the toes bent up about the ball of the
+    foot."""
     axis = rest.T @ np.array([1.0, 0, 0])
     bent = rotvec_to_rotmat(-bend[:, None] * axis)
     points = np.tile(offsets, (len(bend), 1, 1))
@@ -113,19 +148,26 @@ def _bent(offsets: FloatArray, toe: BoolArray, ball: FloatArray, rest: FloatArra
 
 
 def carry_pelvis(plans: dict[str, FootPlan], fps: float, settings: ContactSettings) -> FloatArray:
-    """Displacement (T, 3) of the pelvis that carries it along with the standing feet, so that legs keep their bend."""
+    """Displacement (T, 3) of the pelvis that carries it along with the standing feet, so that legs
+    keep their bend."""
     from scipy.ndimage import gaussian_filter1d
 
     weights = {side: near(plan.on, settings.blend * fps) for side, plan in plans.items()}
     total = sum(weights.values())
-    mean = sum(weights[side][:, None] * plan.move for side, plan in plans.items()) / np.maximum(total, 1e-9)[:, None]
+    mean = (
+        sum(weights[side][:, None] * plan.move for side, plan in plans.items())
+        / np.maximum(total, 1e-9)[:, None]
+    )
     mean[total < 1e-3] = np.nan
-    smooth: FloatArray = gaussian_filter1d(bridged(mean), 0.5 * settings.blend * fps, axis=0, mode="nearest")
+    smooth: FloatArray = gaussian_filter1d(
+        bridged(mean), 0.5 * settings.blend * fps, axis=0, mode="nearest"
+    )
     return smooth
 
 
 def _flattened(rotmats: FloatArray, flat: BoolArray, width: float) -> FloatArray:
-    """Extra rotations (T, 3, 3) that lay a foot (rotated by `rotmats` from rest) flat, with one heading a contact."""
+    """Extra rotations (T, 3, 3) that lay a foot (rotated by `rotmats` from rest) flat, with one
+    heading a contact."""
     frames = len(rotmats)
     forward = rotmats[:, :, 2]
     heading = np.unwrap(np.arctan2(forward[:, 0], forward[:, 2]))
@@ -146,7 +188,9 @@ def _flattened(rotmats: FloatArray, flat: BoolArray, width: float) -> FloatArray
 def needed_drop(transforms: FloatArray, rig: Rig, side: str, ankle: FloatArray) -> FloatArray:
     """How far (T,) the pelvis must come down for the leg to reach `ankle`."""
     hip = transforms[:, rig.bones[f"{side}_hip"], :3, 3]
-    longest = 0.9998 * (rig.length(f"{side}_hip", f"{side}_knee") + rig.length(f"{side}_knee", f"{side}_ankle"))
+    longest = 0.9998 * (
+        rig.length(f"{side}_hip", f"{side}_knee") + rig.length(f"{side}_knee", f"{side}_ankle")
+    )
     gap = ankle - hip
     flat = (gap[:, ::2] ** 2).sum(-1)
     reach = np.sqrt(np.maximum(longest**2 - flat, (0.3 * longest) ** 2))
@@ -155,7 +199,8 @@ def needed_drop(transforms: FloatArray, rig: Rig, side: str, ankle: FloatArray) 
 
 
 def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> None:
-    """Two-bone inverse kinematics, in place: bring ankle, foot and toes to where `plan` has them."""
+    """Two-bone inverse kinematics, in place: bring ankle, foot and toes to where `plan` has
+    them."""
     target, extra = plan.ankle, plan.extra
     hip_bone, knee_bone, foot = (rig.bones[f"{side}_{name}"] for name in ("hip", "knee", "ankle"))
     hip, knee, ankle = (transforms[:, bone, :3, 3].copy() for bone in (hip_bone, knee_bone, foot))
@@ -163,24 +208,39 @@ def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> N
     old, new = ankle - hip, target - hip
     swing = rotvec_to_rotmat(swing_between(old, new))
     last = rig.chains[f"{side}_hip"][-1]
-    side_axis = (transforms[:, last, :3, :3] @ rig.rest[last].T)[:, :, 0]  # at rest knees bend about the left-pointing axis
+    side_axis = (transforms[:, last, :3, :3] @ rig.rest[last].T)[
+        :, :, 0
+    ]  # at rest knees bend about the left-pointing axis
     bend = np.cross(knee - hip, ankle - knee)
     sine = np.linalg.norm(bend, axis=-1) / np.maximum(upper * lower, 1e-12)
     weight = np.clip((sine - 0.05) / 0.2, 0, 1)[:, None]
-    axis = weight * bend / np.maximum(np.linalg.norm(bend, axis=-1, keepdims=True), 1e-12) + (1 - weight) * side_axis
+    axis = (
+        weight * bend / np.maximum(np.linalg.norm(bend, axis=-1, keepdims=True), 1e-12)
+        + (1 - weight) * side_axis
+    )
     axis = np.einsum("tab,tb->ta", swing, axis)
     direction = new / np.maximum(np.linalg.norm(new, axis=-1, keepdims=True), 1e-12)
     axis -= (axis * direction).sum(-1, keepdims=True) * direction
     axis /= np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-12)
-    distance = np.clip(np.linalg.norm(new, axis=-1), np.abs(upper - lower) + 1e-4, upper + lower - 1e-6)
+    distance = np.clip(
+        np.linalg.norm(new, axis=-1), np.abs(upper - lower) + 1e-4, upper + lower - 1e-6
+    )
     cosine = (upper**2 + distance**2 - lower**2) / (2 * upper * distance)
     opening = np.arccos(np.clip(cosine, -1, 1))
     thigh = rotvec_to_rotmat(-opening[:, None] * axis)
     new_knee = hip + np.einsum("tab,tb->ta", thigh, direction) * upper[:, None]
     new_ankle = hip + direction * distance[:, None]
-    thigh_rotmats = rotvec_to_rotmat(swing_between(np.einsum("tab,tb->ta", swing, knee - hip), new_knee - hip)) @ swing
+    thigh_rotmats = (
+        rotvec_to_rotmat(swing_between(np.einsum("tab,tb->ta", swing, knee - hip), new_knee - hip))
+        @ swing
+    )
     shin_rotmats = (
-        rotvec_to_rotmat(swing_between(np.einsum("tab,tb->ta", thigh_rotmats, ankle - knee), new_ankle - new_knee)) @ thigh_rotmats
+        rotvec_to_rotmat(
+            swing_between(
+                np.einsum("tab,tb->ta", thigh_rotmats, ankle - knee), new_ankle - new_knee
+            )
+        )
+        @ thigh_rotmats
     )
     below_knee, below_foot = subtree(rig.parents, knee_bone), subtree(rig.parents, foot)
     for bone in subtree(rig.parents, hip_bone):
@@ -198,5 +258,7 @@ def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> N
     for root in (bone for bone in below_foot if int(rig.parents[bone]) == foot):
         pivot = transforms[:, root, :3, 3].copy()
         for bone in subtree(rig.parents, root):
-            transforms[:, bone, :3, 3] = np.einsum("tab,tb->ta", bend, transforms[:, bone, :3, 3] - pivot) + pivot
+            transforms[:, bone, :3, 3] = (
+                np.einsum("tab,tb->ta", bend, transforms[:, bone, :3, 3] - pivot) + pivot
+            )
             transforms[:, bone, :3, :3] = bend @ transforms[:, bone, :3, :3]

@@ -1,4 +1,5 @@
-"""Steps, ladders and bars under whoever climbs, found from where feet and hands rest over the ground."""
+"""Steps, ladders and bars under whoever climbs, found from where feet and hands rest over the
+ground."""
 
 from __future__ import annotations
 
@@ -55,14 +56,19 @@ class FootingSettings:
 
 @dataclass(frozen=True)
 class _Tread:
-    """Where feet rest: x and z of its lower and upper corner in the clip's axes, and its height, metres."""
+    """Where feet rest: x and z of its lower and upper corner in the clip's axes, and its height,
+    metres."""
 
     low: FloatArray
     high: FloatArray
     height: float
 
     def joined(self, other: _Tread) -> _Tread:
-        return _Tread(np.minimum(self.low, other.low), np.maximum(self.high, other.high), max(self.height, other.height))
+        return _Tread(
+            np.minimum(self.low, other.low),
+            np.maximum(self.high, other.high),
+            max(self.height, other.height),
+        )
 
     def is_beside(self, other: _Tread) -> bool:
         gap = np.maximum(self.low - other.high, other.low - self.high).max()
@@ -70,7 +76,8 @@ class _Tread:
 
 
 def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
-    """Solids for a clip that climbs: a step where the person does not pass through it, else a slab; a ladder where they pass through the highest.
+    """Solids for a clip that climbs: a step where the person does not pass through it, else a slab;
+    a ladder where they pass through the highest.
 
     Parameters
     ----------
@@ -88,10 +95,14 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
     joints = joints_of(transforms, rig)
     if len(transforms) < 4 or any(f"{side}_foot" not in joints for side in SIDES):
         return Props.of([])
-    feet = np.stack([np.stack([joints[f"{side}_ankle"], joints[f"{side}_foot"]], axis=1) for side in SIDES])
+    feet = np.stack(
+        [np.stack([joints[f"{side}_ankle"], joints[f"{side}_foot"]], axis=1) for side in SIDES]
+    )
     levels, stands = steps_under(feet, joints["pelvis"], fps)
     raised = (levels > 0) & stands
-    turn = yaw_to_rotmat(np.array([_facing(joints, raised.any(axis=0))]))[0]  # the clip's axes: +z is where it climbs to
+    turn = yaw_to_rotmat(np.array([_facing(joints, raised.any(axis=0))]))[
+        0
+    ]  # the clip's axes: +z is where it climbs to
     soles = [sole_points(transforms, rig, side) @ turn for side in SIDES]
     treads = _treads(soles, levels, raised)
     skin = place(rig.skin, transforms)[::2] @ turn
@@ -100,17 +111,37 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
     if treads and made[-1] is None:  # whoever's highest step must be a rung is on a ladder
         rungs = treads
     else:
-        solids = [_slab(tread) if found is None else found for tread, found in zip(treads, made, strict=True)]
-    hands = {side: (joints[f"{side}_wrist"] + 0.45 * (joints[f"{side}_wrist"] - joints[f"{side}_elbow"]) / 1.3) @ turn for side in SIDES}
-    solids += _ladder(rungs, max(float(np.quantile(points[:, 1], 0.98)) for points in hands.values()))
+        solids = [
+            _slab(tread) if found is None else found
+            for tread, found in zip(treads, made, strict=True)
+        ]
+    hands = {
+        side: (
+            joints[f"{side}_wrist"]
+            + 0.45 * (joints[f"{side}_wrist"] - joints[f"{side}_elbow"]) / 1.3
+        )
+        @ turn
+        for side in SIDES
+    }
+    solids += _ladder(
+        rungs, max(float(np.quantile(points[:, 1], 0.98)) for points in hands.values())
+    )
     if not stands.all():
-        solids += _bars(hands, (joints["head"] if "head" in joints else joints["pelvis"] + [0, 0.6, 0])[:, 1], ~stands.any(axis=0), fps)
+        solids += _bars(
+            hands,
+            (joints["head"] if "head" in joints else joints["pelvis"] + [0, 0.6, 0])[:, 1],
+            ~stands.any(axis=0),
+            fps,
+        )
     return Props.of([(name, points @ turn.T) for name, points in solids])
 
 
 def _facing(joints: dict[str, FloatArray], where: BoolArray) -> float:
-    """Angle about +y from +z in which hips face on average over the frames `where` (T,), or over all."""
-    across = (joints["left_hip"] - joints["right_hip"])[where if where.any() else slice(None)].mean(axis=0)
+    """Angle about +y from +z in which hips face on average over the frames `where` (T,), or over
+    all."""
+    across = (joints["left_hip"] - joints["right_hip"])[where if where.any() else slice(None)].mean(
+        axis=0
+    )
     return float(np.arctan2(-across[2], across[0]))
 
 
@@ -126,7 +157,9 @@ def _treads(soles: Sequence[FloatArray], levels: FloatArray, raised: BoolArray) 
             touching = points[start:end][points[start:end, :, 1] < height + NEAR_SOLE]
             if len(touching) and height > 0.02:
                 flat = touching[:, [0, 2]]
-                found.append(_Tread(np.quantile(flat, 0.02, axis=0), np.quantile(flat, 0.98, axis=0), height))
+                found.append(
+                    _Tread(np.quantile(flat, 0.02, axis=0), np.quantile(flat, 0.98, axis=0), height)
+                )
     found.sort(key=lambda tread: tread.height)
     joined = list[_Tread]()
     for tread in found:
@@ -140,15 +173,28 @@ def _treads(soles: Sequence[FloatArray], levels: FloatArray, raised: BoolArray) 
 
 
 def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
-    """A step down to the ground, or else a slab, that the person (T, K, 3) does not pass through; None where neither will do."""
+    """A step down to the ground, or else a slab, that the person (T, K, 3) does not pass through;
+    None where neither will do."""
     middle = 0.5 * (tread.low[0] + tread.high[0])
     half = max(0.5 * WIDTH, 0.5 * (tread.high[0] - tread.low[0]) + BORDER)
     length = tread.high[1] - tread.low[1]
     for name, bottom in (("step", 0.0), ("slab", tread.height - SLAB)):
         for heel in HEELS:
             for toe in HEELS[:2]:
-                low = np.array([middle - half, bottom, tread.low[1] - (BORDER if heel == 0 else -heel * length)])
-                high = np.array([middle + half, tread.height, tread.high[1] + (BORDER if toe == 0 else -toe * length)])
+                low = np.array(
+                    [
+                        middle - half,
+                        bottom,
+                        tread.low[1] - (BORDER if heel == 0 else -heel * length),
+                    ]
+                )
+                high = np.array(
+                    [
+                        middle + half,
+                        tread.height,
+                        tread.high[1] + (BORDER if toe == 0 else -toe * length),
+                    ]
+                )
                 if high[2] - low[2] < 0.08:
                     continue
                 if _through(skin, low, high) <= THROUGH:
@@ -158,7 +204,10 @@ def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
 
 def _slab(tread: _Tread) -> tuple[str, FloatArray]:
     """A slab under the feet alone, where the person passes through all that is larger."""
-    return "slab", box(np.array([tread.low[0], tread.height - SLAB, tread.low[1]]), np.array([tread.high[0], tread.height, tread.high[1]]))
+    return "slab", box(
+        np.array([tread.low[0], tread.height - SLAB, tread.low[1]]),
+        np.array([tread.high[0], tread.height, tread.high[1]]),
+    )
 
 
 def _through(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
@@ -169,16 +218,35 @@ def _through(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
 
 
 def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray]]:
-    """Rungs under the balls of the feet, and with them rails up to where hands `reach`; a single rung stands on two posts."""
+    """Rungs under the balls of the feet, and with them rails up to where hands `reach`; a single
+    rung stands on two posts."""
     if not rungs:
         return []
-    places = np.array([[0.5 * (one.low[0] + one.high[0]), one.height - ROD, one.low[1] + 0.7 * (one.high[1] - one.low[1])] for one in rungs])
-    middle, half = float(np.median(places[:, 0])), 0.5 * max(WIDTH, float(np.ptp(places[:, 0])) + 0.4)
-    slope, foot = np.polyfit(places[:, 1], places[:, 2], 1) if len(places) > 1 else (0.0, places[0, 2])
+    places = np.array(
+        [
+            [
+                0.5 * (one.low[0] + one.high[0]),
+                one.height - ROD,
+                one.low[1] + 0.7 * (one.high[1] - one.low[1]),
+            ]
+            for one in rungs
+        ]
+    )
+    middle, half = (
+        float(np.median(places[:, 0])),
+        0.5 * max(WIDTH, float(np.ptp(places[:, 0])) + 0.4),
+    )
+    slope, foot = (
+        np.polyfit(places[:, 1], places[:, 2], 1) if len(places) > 1 else (0.0, places[0, 2])
+    )
     slope = float(np.clip(slope, -0.2, 0.8))
     foot = float(np.mean(places[:, 2] - slope * places[:, 1]))
     top = max(reach, float(places[:, 1].max())) if len(places) > 1 else float(places[0, 1])
-    heights = [*places[:, 1].tolist(), *np.arange(places[:, 1].max() + RUNG, top, RUNG).tolist()] if len(places) > 1 else [top]
+    heights = (
+        [*places[:, 1].tolist(), *np.arange(places[:, 1].max() + RUNG, top, RUNG).tolist()]
+        if len(places) > 1
+        else [top]
+    )
     side = np.array([half, 0.0, 0.0])
 
     def at(height: float) -> FloatArray:
@@ -186,10 +254,15 @@ def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray
 
     solids = [("rung", rod(at(height) - side, at(height) + side, ROD)) for height in heights]
     name = "rail" if len(places) > 1 else "post"
-    return solids + [(name, rod(at(0.0) + sign * side, at(top + ROD) + sign * side, 1.3 * ROD)) for sign in (-1, 1)]
+    return solids + [
+        (name, rod(at(0.0) + sign * side, at(top + ROD) + sign * side, 1.3 * ROD))
+        for sign in (-1, 1)
+    ]
 
 
-def _bars(hands: dict[str, FloatArray], head: FloatArray, flies: BoolArray, fps: float) -> list[tuple[str, FloatArray]]:
+def _bars(
+    hands: dict[str, FloatArray], head: FloatArray, flies: BoolArray, fps: float
+) -> list[tuple[str, FloatArray]]:
     """Bars on posts where both hands rest over the head (T,) while no foot stands."""
     slow = np.all([speed_of(points, fps) < 0.5 for points in hands.values()], axis=0)
     over = np.minimum(*(points[:, 1] for points in hands.values())) > head + 0.05
@@ -201,7 +274,10 @@ def _bars(hands: dict[str, FloatArray], head: FloatArray, flies: BoolArray, fps:
         height = 0.5 * (left[1] + right[1])
         along = (left - right) * [1, 0, 1]
         along /= max(float(np.linalg.norm(along)), 1e-6)
-        ends = [point * [1, 0, 1] + [0, height, 0] + sign * 0.4 * along for point, sign in ((left, 1), (right, -1))]
+        ends = [
+            point * [1, 0, 1] + [0, height, 0] + sign * 0.4 * along
+            for point, sign in ((left, 1), (right, -1))
+        ]
         solids.append(("bar", rod(ends[0], ends[1], ROD)))
         solids += [("post", rod(point * [1, 0, 1], point, 1.3 * ROD)) for point in ends]
         break

@@ -1,4 +1,5 @@
-"""Feet that stand still on the ground: the ground found, contacts locked, the pelvis carried along."""
+"""Feet that stand still on the ground: the ground found, contacts locked, the pelvis carried
+along."""
 
 from __future__ import annotations
 
@@ -13,16 +14,24 @@ from a2v.types import FloatArray
 
 
 def clean_contacts(
-    transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings, steps: FloatArray | None = None
+    transforms: FloatArray,
+    rig: Rig,
+    fps: float,
+    settings: ContactSettings,
+    steps: FloatArray | None = None,
 ) -> FloatArray:
     """Put a retargeted clip on the ground and keep its standing feet where they are.
 
-    1. The ground level is found under the body's lowest points and followed where it drifts; then finely under the standing feet.
+    1. The ground level is found under the body's lowest points and followed where it drifts; then
+       finely under the standing feet.
     2. Heel and toes are in contact while they are low and slow (with hysteresis).
-    3. A foot in contact turns flat where heel and toes both touch; its touching end is held at one place, the heel handing
-       over to the toes as the foot rolls. Between contacts the correction runs smoothly from one to the next.
-    4. Body parts under the ground lift the pelvis, the standing feet carry it along, legs too short to reach lower it; all smoothly.
-    5. Toes bend while the heel is raised; a fast foot keeps clear of the ground. Thigh and shin follow by two-bone inverse kinematics in the knee's own plane.
+    3. A foot in contact turns flat where heel and toes both touch; its touching end is held at one
+       place, the heel handing over to the toes as the foot rolls. Between contacts the correction
+       runs smoothly from one to the next.
+    4. Body parts under the ground lift the pelvis, the standing feet carry it along, legs too short
+       to reach lower it; all smoothly.
+    5. Toes bend while the heel is raised; a fast foot keeps clear of the ground. Thigh and shin
+       follow by two-bone inverse kinematics in the knee's own plane.
 
     Parameters
     ----------
@@ -32,7 +41,8 @@ def clean_contacts(
     fps : float
     settings : ContactSettings
     steps : (2, T) float or None
-        How high over the ground what the left and the right foot stand on is; the ground is then as level and as high as the motion has it.
+        How high over the ground what the left and the right foot stand on is; the ground is then as
+        level and as high as the motion has it.
 
     Returns
     -------
@@ -47,7 +57,10 @@ def clean_contacts(
         transforms[..., 1, 3] -= _below_steps(transforms, rig, steps)
     transforms[..., 1, 3] += _lift(transforms, rig, fps, settings)[:, None]
     under = np.zeros((2, len(transforms))) if steps is None else steps
-    left, right = (plan_foot(transforms, rig, side, fps, settings, own) for side, own in zip(SIDES, under, strict=True))
+    left, right = (
+        plan_foot(transforms, rig, side, fps, settings, own)
+        for side, own in zip(SIDES, under, strict=True)
+    )
     plans = dict(zip(SIDES, (keep_clear(left, right), keep_clear(right, left)), strict=True))
     pelvis = carry_pelvis(plans, fps, settings)
     transforms[..., :3, 3] += pelvis[:, None]
@@ -62,9 +75,11 @@ def clean_contacts(
 
 
 def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:
-    """Level (T,) of the ground under a clip whose root may rise or sink slowly, as generated ones do.
+    """Level (T,) of the ground under a clip whose root may rise or sink slowly, as generated ones
+    do.
 
-    Nobody flies for longer than `ContactSettings.flight`: the lower envelope (a morphological opening) of the body's lowest point, smoothed.
+    Nobody flies for longer than `ContactSettings.flight`: the lower envelope (a morphological
+    opening) of the body's lowest point, smoothed.
     """
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
@@ -73,15 +88,21 @@ def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetti
         return np.full(len(transforms), np.quantile(soles, 0.1))
     lowest = np.minimum(soles, place(rig.skin, transforms)[..., 1].min(-1))
     reach = max(1, round(settings.flight * fps))
-    envelope = maximum_filter1d(minimum_filter1d(lowest, reach, mode="nearest"), reach, mode="nearest")
+    envelope = maximum_filter1d(
+        minimum_filter1d(lowest, reach, mode="nearest"), reach, mode="nearest"
+    )
     smooth: FloatArray = gaussian_filter1d(envelope, reach / 2, mode="nearest")
     level: FloatArray = smooth + float(np.quantile(soles - smooth, 0.1))
     return level
 
 
 def _below_steps(transforms: FloatArray, rig: Rig, steps: FloatArray) -> float:
-    """Level of the ground under a clip whose feet stand on `steps` (2, T): where the lower foot is over its own, when it is low."""
-    over = [sole_points(transforms, rig, side)[..., 1].min(-1) - own for side, own in zip(SIDES, steps, strict=True)]
+    """Level of the ground under a clip whose feet stand on `steps` (2, T): where the lower foot is
+    over its own, when it is low."""
+    over = [
+        sole_points(transforms, rig, side)[..., 1].min(-1) - own
+        for side, own in zip(SIDES, steps, strict=True)
+    ]
     return float(np.quantile(np.minimum(*over), 0.1))
 
 
@@ -94,7 +115,9 @@ def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettin
     total, weight = np.zeros(frames), np.full(frames, 1e-3)
     for side in SIDES:
         height = sole_points(transforms, rig, side)[..., 1].min(-1)
-        slow = np.minimum(speed_of(joints[f"{side}_ankle"], fps), speed_of(joints[f"{side}_foot"], fps))
+        slow = np.minimum(
+            speed_of(joints[f"{side}_ankle"], fps), speed_of(joints[f"{side}_foot"], fps)
+        )
         sure = np.exp(-((slow / settings.speed_on) ** 2)) * (np.abs(height) < 0.1)
         total += sure * height
         weight += sure
@@ -102,7 +125,9 @@ def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettin
     from scipy.ndimage import gaussian_filter1d
 
     sigma = settings.follow_ground * fps
-    smooth: FloatArray = gaussian_filter1d(total, sigma, mode="nearest") / gaussian_filter1d(weight, sigma, mode="nearest")
+    smooth: FloatArray = gaussian_filter1d(total, sigma, mode="nearest") / gaussian_filter1d(
+        weight, sigma, mode="nearest"
+    )
     return smooth
 
 
@@ -114,7 +139,9 @@ def _lift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetting
     bones, points = rig.skin
     rest = ~np.isin(bones, list(feet))
     at_rest = np.einsum("kab,kb->ka", rig.rest[bones], points) + rig.heads[bones]
-    rest &= at_rest[:, 1] > max(rig.joints[f"{side}_ankle"][1] for side in SIDES) + 0.12  # the ankles go with the feet
+    rest &= (
+        at_rest[:, 1] > max(rig.joints[f"{side}_ankle"][1] for side in SIDES) + 0.12
+    )  # the ankles go with the feet
     if not rest.any():
         return np.zeros(len(transforms))
     lowest = place((bones[rest], points[rest]), transforms)[..., 1].min(-1)

@@ -1,4 +1,5 @@
-"""Hands, of which a motion's joints say nothing but where the wrist is: fingers in a pose that suits the action, palms where hanging arms have them."""
+"""Hands, of which a motion's joints say nothing but where the wrist is: fingers in a pose that
+suits the action, palms where hanging arms have them."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ HAND_POSES: tuple[str, ...] = get_args(HandPose)
 FINGERS: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")
 _TABLE = Path(__file__).with_name("hands.csv")
 _FOLLOW = 0.35
-"""Share of the wrist's bend by which fingers close when the hand bends back, and open when it bends in: tendons do that."""
+"""Share of the wrist's bend by which fingers close when the hand bends back, and open when it bends
+in: tendons do that."""
 
 
 Direction = tuple[float, float, float]
@@ -59,43 +61,84 @@ class _Shape:
 _CLOSED = ((0.72, 0.6, 0.34), (0.5, 0.72, -0.48), (0.1, 0.5, -0.86))
 _SHAPES = MappingProxyType(
     {
-        "relaxed": _Shape(((9, 22, 11), (14, 26, 13), (18, 28, 14), (20, 28, 14)), 0.75, ((0.78, 0.36, 0.5), (0.93, 0.3, 0.2), (0.97, 0.22, 0.08))),
-        "flat": _Shape(((2, 3, 2), (2, 3, 2), (2, 4, 2), (2, 5, 3)), 0.3, ((0.74, 0.15, 0.65), (0.88, 0.1, 0.46), (0.92, 0.05, 0.39)), 0.0),
-        "grip": _Shape(((62, 72, 32), (66, 76, 34), (70, 78, 34), (72, 78, 34)), 0.95, ((0.7, 0.64, 0.32), (0.68, 0.72, -0.12), (0.55, 0.6, -0.58)), 0.1),
-        "hold": _Shape(((34, 42, 18), (38, 46, 20), (42, 50, 22), (46, 52, 22)), 0.9, ((0.72, 0.6, 0.35), (0.84, 0.53, 0.1), (0.93, 0.36, -0.06)), 0.1),
-        "fist": _Shape(((82, 98, 48), (86, 100, 50), (88, 100, 50), (90, 98, 48)), 1.0, _CLOSED, 0.0),
+        "relaxed": _Shape(
+            ((9, 22, 11), (14, 26, 13), (18, 28, 14), (20, 28, 14)),
+            0.75,
+            ((0.78, 0.36, 0.5), (0.93, 0.3, 0.2), (0.97, 0.22, 0.08)),
+        ),
+        "flat": _Shape(
+            ((2, 3, 2), (2, 3, 2), (2, 4, 2), (2, 5, 3)),
+            0.3,
+            ((0.74, 0.15, 0.65), (0.88, 0.1, 0.46), (0.92, 0.05, 0.39)),
+            0.0,
+        ),
+        "grip": _Shape(
+            ((62, 72, 32), (66, 76, 34), (70, 78, 34), (72, 78, 34)),
+            0.95,
+            ((0.7, 0.64, 0.32), (0.68, 0.72, -0.12), (0.55, 0.6, -0.58)),
+            0.1,
+        ),
+        "hold": _Shape(
+            ((34, 42, 18), (38, 46, 20), (42, 50, 22), (46, 52, 22)),
+            0.9,
+            ((0.72, 0.6, 0.35), (0.84, 0.53, 0.1), (0.93, 0.36, -0.06)),
+            0.1,
+        ),
+        "fist": _Shape(
+            ((82, 98, 48), (86, 100, 50), (88, 100, 50), (90, 98, 48)), 1.0, _CLOSED, 0.0
+        ),
         "point": _Shape(((4, 6, 4), (74, 92, 44), (80, 94, 46), (84, 92, 44)), 0.9, _CLOSED, 0.0),
-        "graceful": _Shape(((4, 12, 6), (14, 20, 9), (16, 22, 10), (6, 16, 8)), 0.35, ((0.76, 0.46, 0.46), (0.91, 0.38, 0.14), (0.96, 0.28, 0.0)), 0.7),
+        "graceful": _Shape(
+            ((4, 12, 6), (14, 20, 9), (16, 22, 10), (6, 16, 8)),
+            0.35,
+            ((0.76, 0.46, 0.46), (0.91, 0.38, 0.14), (0.96, 0.28, 0.0)),
+            0.7,
+        ),
     }
 )
-"""Authored by eye on the rig of Anny, within a hand's range; fingers' angles are absolute, so that every rig's rest pose gives the same hand."""
+"""Authored by eye on the rig of Anny, within a hand's range; fingers' angles are absolute, so that
+every rig's rest pose gives the same hand."""
 
 
 @functools.lru_cache(maxsize=1)
 def _rules() -> tuple[tuple[re.Pattern[str], str, str], ...]:
     with open(_TABLE, newline="", encoding="utf-8") as stream:
-        return tuple((re.compile(row["action"], re.IGNORECASE), row["left"], row["right"]) for row in csv.DictReader(stream))
+        return tuple(
+            (re.compile(row["action"], re.IGNORECASE), row["left"], row["right"])
+            for row in csv.DictReader(stream)
+        )
 
 
 def hands_of(action: str) -> tuple[str, str]:
-    """Hand poses (left, right) that suit an action: those of the first row of ``hands.csv`` whose pattern is found in its name, else "relaxed"."""
-    return next(((left, right) for pattern, left, right in _rules() if pattern.search(action)), ("relaxed", "relaxed"))
+    """Hand poses (left, right) that suit an action: those of the first row of ``hands.csv`` whose
+    pattern is found in its name, else "relaxed"."""
+    return next(
+        ((left, right) for pattern, left, right in _rules() if pattern.search(action)),
+        ("relaxed", "relaxed"),
+    )
 
 
 def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
-    """Bones of each of a hand's `FINGERS` from its root, as Anny, SMPL-H and the rigs of engines name them; only fingers with three bones."""
+    """Bones of each of a hand's `FINGERS` from its root, as Anny, SMPL-H and the rigs of engines
+    name them; only fingers with three bones."""
     chains: dict[str, dict[int, int]] = {}
     for bone, name in enumerate(names):
         own, base = split_side(name)
         anny = re.fullmatch(r"finger([1-5])([1-3])", base)
-        other = re.search(r"(thumb|index|middle|ring|pinky|little)(?:finger|proximal)?0?([1-3])$", base)
+        other = re.search(
+            r"(thumb|index|middle|ring|pinky|little)(?:finger|proximal)?0?([1-3])$", base
+        )
         if own != side:
             continue
         if anny:
             chains.setdefault(FINGERS[int(anny[1]) - 1], {})[int(anny[2])] = bone
         elif other:
             chains.setdefault(other[1].replace("pinky", "little"), {})[int(other[2])] = bone
-    return {finger: [chain[place] for place in (1, 2, 3)] for finger, chain in chains.items() if sorted(chain) == [1, 2, 3]}
+    return {
+        finger: [chain[place] for place in (1, 2, 3)]
+        for finger, chain in chains.items()
+        if sorted(chain) == [1, 2, 3]
+    }
 
 
 @dataclass(frozen=True)
@@ -124,20 +167,27 @@ class Hand:
         if set(fingers) != set(FINGERS):
             return None
         wrist = rig.bones[f"{side}_wrist"]
-        index, middle, little = (rig.heads[fingers[name][0]] - rig.heads[wrist] for name in ("index", "middle", "little"))
+        index, middle, little = (
+            rig.heads[fingers[name][0]] - rig.heads[wrist] for name in ("index", "middle", "little")
+        )
         along = unit(middle)
         across = np.cross(index, little) if side == "right" else np.cross(little, index)
         palm = unit(across - (across @ along) * along)
         return cls(side, wrist, fingers, along, palm)
 
     def segments(self, rig: Rig, finger: str) -> FloatArray:
-        """Directions (3, 3) of a finger's bones at rest, the last as the one before: its tip is no bone."""
+        """Directions (3, 3) of a finger's bones at rest, the last as the one before: its tip is no
+        bone."""
         heads = rig.heads[self.fingers[finger]]
         return unit(np.stack([heads[1] - heads[0], heads[2] - heads[1], heads[2] - heads[1]]))
 
 
 def pose_hands(
-    transforms: FloatArray, rig: Rig, names: Sequence[str], poses: Sequence[tuple[str, str]], shares: FloatArray | None = None
+    transforms: FloatArray,
+    rig: Rig,
+    names: Sequence[str],
+    poses: Sequence[tuple[str, str]],
+    shares: FloatArray | None = None,
 ) -> FloatArray:
     """Bone transforms with the fingers in poses of `HAND_POSES`.
 
@@ -151,7 +201,8 @@ def pose_hands(
     names : B str
     poses : P pairs (left, right)
     shares : (T, P) or None
-        How much of each pose the hands have, sums of 1; None for the first alone. A side that ever is at "rest" stays there.
+        How much of each pose the hands have, sums of 1; None for the first alone. A side that ever
+        is at "rest" stays there.
 
     Returns
     -------
@@ -167,7 +218,11 @@ def pose_hands(
         out = out.copy() if out is transforms else out
         shapes = [_SHAPES[pose] for pose in own]
         flexion, together, thumb, loose = (
-            np.einsum("tp,p...->t...", shares, np.array([getattr(shape, name) for shape in shapes], np.float64))
+            np.einsum(
+                "tp,p...->t...",
+                shares,
+                np.array([getattr(shape, name) for shape in shapes], np.float64),
+            )
             for name in ("flexion", "together", "thumb", "loose")
         )
         looseness = 1 + loose * _FOLLOW * _bent_back(out, rig, hand)  # (T,)
@@ -177,15 +232,22 @@ def pose_hands(
     return out
 
 
-def _flex(out: FloatArray, rig: Rig, hand: Hand, finger: str, wanted: FloatArray, together: FloatArray) -> None:
-    """Bend a finger to the flexion `wanted` (T, 3), radians from straight, and draw it towards the middle one by `together` (T,); in place."""
+def _flex(
+    out: FloatArray, rig: Rig, hand: Hand, finger: str, wanted: FloatArray, together: FloatArray
+) -> None:
+    """Bend a finger to the flexion `wanted` (T, 3), radians from straight, and draw it towards the
+    middle one by `together` (T,); in place."""
     bones, segments = hand.fingers[finger], hand.segments(rig, finger)
     axis = unit(np.cross(segments[0], hand.palm))
     before = hand.along
     aside = np.arctan2(np.cross(before, segments[0]) @ hand.palm, before @ segments[0])
     _turn(out, rig, bones, rotvec_to_rotmat(-(together * aside)[:, None] * hand.palm))
     for place in range(3):
-        rest = np.arctan2(np.cross(before, segments[place]) @ axis, before @ segments[place]) if place < 2 else 0.0
+        rest = (
+            np.arctan2(np.cross(before, segments[place]) @ axis, before @ segments[place])
+            if place < 2
+            else 0.0
+        )
         angles = wanted[:, place] - rest
         _turn(out, rig, bones[place:], rotvec_to_rotmat(angles[:, None] * axis))
         before = segments[place]
@@ -197,13 +259,19 @@ def _point_thumb(out: FloatArray, rig: Rig, hand: Hand, directions: FloatArray) 
     axes, turned = np.stack([hand.along, hand.palm, side]), np.eye(3)
     for place, segment in enumerate(hand.segments(rig, "thumb")):
         wanted = unit(directions[:, place] @ axes)
-        turn = rotvec_to_rotmat(swing_between(np.broadcast_to(segment, wanted.shape), np.einsum("...ba,...b->...a", turned, wanted)))
+        turn = rotvec_to_rotmat(
+            swing_between(
+                np.broadcast_to(segment, wanted.shape),
+                np.einsum("...ba,...b->...a", turned, wanted),
+            )
+        )
         _turn(out, rig, hand.fingers["thumb"][place:], turn)
         turned = turned @ turn
 
 
 def _turn(out: FloatArray, rig: Rig, bones: Sequence[int], turn: FloatArray) -> None:
-    """Turn a chain of bones about its first head, in place; `turn` (1 or T, 3, 3) in the world of the rest pose."""
+    """Turn a chain of bones about its first head, in place; `turn` (1 or T, 3, 3) in the world of
+    the rest pose."""
     first = bones[0]
     rest = rig.rest[first]
     now = out[:, first, :3, :3]
@@ -212,7 +280,8 @@ def _turn(out: FloatArray, rig: Rig, bones: Sequence[int], turn: FloatArray) -> 
 
 
 def turn_bones(out: FloatArray, bones: Sequence[int] | IntArray, turn: FloatArray) -> None:
-    """Turn `bones` (T, B, 4, 4), the first with all that hang on it, by world rotations (T, 3, 3) about its head; in place."""
+    """Turn `bones` (T, B, 4, 4), the first with all that hang on it, by world rotations (T, 3, 3)
+    about its head; in place."""
     moved = out[:, bones]
     pivot = moved[:, :1, :3, 3].copy()
     moved[..., :3, :3] = turn[:, None] @ moved[..., :3, :3]
@@ -232,10 +301,12 @@ def _bent_back(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
 
 
 def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: float) -> FloatArray:
-    """Bone transforms whose forearms are turned so that the palms of hanging arms face the thighs and a little backwards.
+    """Bone transforms whose forearms are turned so that the palms of hanging arms face the thighs
+    and a little backwards.
 
-    A motion's joints tell the plane of the elbow, not the turn of the forearm: with the elbow turned out, a neutral forearm would show its palm
-    to the front, which people do not do. Raised and stretched arms stay as they are.
+    A motion's joints tell the plane of the elbow, not the turn of the forearm: with the elbow
+    turned out, a neutral forearm would show its palm to the front, which people do not do. Raised
+    and stretched arms stay as they are.
     """
     out = transforms.copy()
     pelvis = transforms[:, rig.bones["pelvis"], :3, :3] @ rig.rest[rig.bones["pelvis"]].T
@@ -243,18 +314,32 @@ def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: floa
         hand = Hand.of(rig, names, side)
         if hand is None:
             continue
-        elbow, wrist = transforms[:, rig.bones[f"{side}_elbow"], :3, 3], transforms[:, hand.wrist, :3, 3]
+        elbow, wrist = (
+            transforms[:, rig.bones[f"{side}_elbow"], :3, 3],
+            transforms[:, hand.wrist, :3, 3],
+        )
         along = unit(wrist - elbow)
         palm = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T @ hand.palm
         inwards = np.array([-0.8 if side == "left" else 0.8, 0.0, -0.45])
         wanted = pelvis @ inwards
-        wanted, palm = (unit(v - (v * along).sum(-1, keepdims=True) * along) for v in (wanted, palm))
+        wanted, palm = (
+            unit(v - (v * along).sum(-1, keepdims=True) * along) for v in (wanted, palm)
+        )
         angle = np.arctan2((np.cross(palm, wanted) * along).sum(-1), (palm * wanted).sum(-1))
         pronation = 1.0 if side == "left" else -1.0  # the thumb goes inwards
-        angle = (pronation * angle + 2.2) % (2 * np.pi) - 2.2  # a palm far to the front comes back this way
+        angle = (pronation * angle + 2.2) % (
+            2 * np.pi
+        ) - 2.2  # a palm far to the front comes back this way
         angle = pronation * np.clip(angle, np.deg2rad(-15), np.deg2rad(100))
         angle = smoothed((angle * smoothstep(-along[:, 1], 0.05, 0.55))[:, None], 0.1 * fps)[:, 0]
-        steps = [*rig.chains[f"{side}_elbow"], hand.wrist]  # each turns with what is above it, and a share more
+        steps = [
+            *rig.chains[f"{side}_elbow"],
+            hand.wrist,
+        ]  # each turns with what is above it, and a share more
         for bone in steps:
-            turn_bones(out, subtree(rig.parents, bone), rotvec_to_rotmat((angle / len(steps))[:, None] * along))
+            turn_bones(
+                out,
+                subtree(rig.parents, bone),
+                rotvec_to_rotmat((angle / len(steps))[:, None] * along),
+            )
     return out

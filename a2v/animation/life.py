@@ -1,4 +1,5 @@
-"""What keeps a standing or walking body from looking like a puppet and no joint of a motion says: where it looks, its breath, its sway."""
+"""What keeps a standing or walking body from looking like a puppet and no joint of a motion says:
+where it looks, its breath, its sway."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ class LifeSettings:
     Attributes
     ----------
     hands : str
-        A pose of `HAND_POSES` for both hands, or "auto": what suits the action (``hands.csv``). "rest" leaves fingers as they are at rest.
+        A pose of `HAND_POSES` for both hands, or "auto": what suits the action (``hands.csv``).
+        "rest" leaves fingers as they are at rest.
     palms : bool
         Turn the forearms so that the palms of hanging arms face the thighs.
     gaze : float
@@ -75,9 +77,15 @@ STILL = LifeSettings(hands="rest", palms=False, gaze=0.0, breath=0.0, sway=0.0)
 
 
 def enliven(
-    transforms: FloatArray, rig: Rig, names: tuple[str, ...], motion: Motion, settings: LifeSettings, source: Mapping[str, FloatArray]
+    transforms: FloatArray,
+    rig: Rig,
+    names: tuple[str, ...],
+    motion: Motion,
+    settings: LifeSettings,
+    source: Mapping[str, FloatArray],
 ) -> FloatArray:
-    """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they are.
+    """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they
+    are.
 
     Where the motion itself tells of fingers and of the face (`a2v.animation.detail`), those count.
 
@@ -109,13 +117,20 @@ def enliven(
     if settings.breath:
         transforms = _breathe(transforms, rig, fps, settings)
     if settings.gaze:
-        transforms = _look_ahead(transforms, rig, fps, settings, 1 - told if FRONT in source else np.ones(len(transforms)))
+        transforms = _look_ahead(
+            transforms,
+            rig,
+            fps,
+            settings,
+            1 - told if FRONT in source else np.ones(len(transforms)),
+        )
         transforms = follow_face(transforms, rig, source, told)
     return transforms
 
 
 def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
-    """How much of each frame (T,) is of actions for which ``motion.provenance[fact]``, a truth for each, holds; `otherwise` where it says nothing.
+    """How much of each frame (T,) is of actions for which ``motion.provenance[fact]``, a truth for
+    each, holds; `otherwise` where it says nothing.
 
     ``told``: joints of fingers and face mean something; ``air``: it takes place over the ground.
     """
@@ -128,10 +143,13 @@ def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False)
 
 
 def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], FloatArray]:
-    """Hand poses of a motion's actions, and how much of each the hands have (T, P); "relaxed" where nobody knows when actions begin."""
+    """Hand poses of a motion's actions, and how much of each the hands have (T, P); "relaxed" where
+    nobody knows when actions begin."""
     poses = [hands_of(name) for name in motion.action.split(",")]
     if len(set(poses)) == 1 or motion.action_starts is None:
-        return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones((frames, 1))
+        return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones(
+            (frames, 1)
+        )
     return poses, _shares(motion, frames)
 
 
@@ -139,14 +157,23 @@ def _shares(motion: Motion, frames: int) -> FloatArray:
     """How much of each of the actions, whose beginnings are known, the hands have (T, A)."""
     assert motion.action_starts is not None
     times = np.arange(frames) / motion.fps
-    begun = np.stack([smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS) for start in motion.action_starts[1:]], -1)
+    begun = np.stack(
+        [
+            smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS)
+            for start in motion.action_starts[1:]
+        ],
+        -1,
+    )
     begun = np.concatenate([np.ones((frames, 1)), begun, np.zeros((frames, 1))], axis=1)
     shares: FloatArray = -np.diff(np.minimum.accumulate(begun, axis=1), axis=1)
     return shares
 
 
-def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3), metres at the body's size, of a person who sways while standing: ankles and feet stay, the hips shift by a centimetre."""
+def swayed(
+    source: Mapping[str, FloatArray], fps: float, settings: LifeSettings
+) -> dict[str, FloatArray]:
+    """Canonical joints (T, 3), metres at the body's size, of a person who sways while standing:
+    ankles and feet stay, the hips shift by a centimetre."""
     still = _stillness(source, fps)
     if not settings.sway or not still.any():
         return dict(source)
@@ -155,13 +182,22 @@ def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings)
     shift = np.zeros((len(still), 3))
     for period, size in _SWAY:
         if wave := _period(period, settings.cycle):
-            shift[:, [0, 2]] += size * np.sin(2 * np.pi * times / wave + random.uniform(0, 2 * np.pi, 2))
+            shift[:, [0, 2]] += size * np.sin(
+                2 * np.pi * times / wave + random.uniform(0, 2 * np.pi, 2)
+            )
     across = source["left_hip"] - source["right_hip"]
     left = unit(across * np.array([1.0, 0.0, 1.0]))
     forward = np.cross(left, np.array([0.0, 1.0, 0.0]))
-    shift = (shift[:, :1] * left * 0.009 + shift[:, 2:] * forward * 0.006) * still[:, None] * settings.sway
+    shift = (
+        (shift[:, :1] * left * 0.009 + shift[:, 2:] * forward * 0.006)
+        * still[:, None]
+        * settings.sway
+    )
     share = {"knee": 0.5, "ankle": 0.0, "foot": 0.0, "toes": 0.0}
-    return {name: points + shift * share.get(name.rpartition("_")[2], 1.0) for name, points in source.items()}
+    return {
+        name: points + shift * share.get(name.rpartition("_")[2], 1.0)
+        for name, points in source.items()
+    }
 
 
 def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
@@ -169,7 +205,10 @@ def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
     if len(source["pelvis"]) < 2:
         return np.zeros(len(source["pelvis"]))
     speed = np.max(
-        [np.linalg.norm(np.gradient(smoothed(source[name], 0.1 * fps), axis=0), axis=-1) * fps for name in ("pelvis", "left_ankle", "right_ankle")],
+        [
+            np.linalg.norm(np.gradient(smoothed(source[name], 0.1 * fps), axis=0), axis=-1) * fps
+            for name in ("pelvis", "left_ankle", "right_ankle")
+        ],
         axis=0,
     )
     still = 1 - smoothstep(speed, 0.06, 0.25)
@@ -177,19 +216,31 @@ def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
 
 
 def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings) -> FloatArray:
-    """Chest and collars rise and fall; the neck takes back what the chest turns, so that the head stays."""
+    """Chest and collars rise and fall; the neck takes back what the chest turns, so that the head
+    stays."""
     period, spine = _period(_BREATH_SECONDS, settings.cycle), rig.chains["spine"]
     if not period or len(spine) < 2:
         return transforms
     phase = np.arange(len(transforms)) / (fps * period) % 1
-    lungs = np.where(phase < 0.42, 0.5 - 0.5 * np.cos(np.pi * phase / 0.42), 0.5 + 0.5 * np.cos(np.pi * (phase - 0.42) / 0.58)) - 0.5
+    lungs = (
+        np.where(
+            phase < 0.42,
+            0.5 - 0.5 * np.cos(np.pi * phase / 0.42),
+            0.5 + 0.5 * np.cos(np.pi * (phase - 0.42) / 0.58),
+        )
+        - 0.5
+    )
     out = transforms.copy()
     upper = spine[-1]
     left = out[:, upper, :3, :3] @ rig.rest[upper].T @ np.array([1.0, 0.0, 0.0])
     chest = np.deg2rad(-1.1) * settings.breath * lungs
     turn_bones(out, subtree(rig.parents, upper), rotvec_to_rotmat(chest[:, None] * left))
     if rig.chains["neck"]:
-        turn_bones(out, subtree(rig.parents, rig.chains["neck"][0]), rotvec_to_rotmat(-chest[:, None] * left))
+        turn_bones(
+            out,
+            subtree(rig.parents, rig.chains["neck"][0]),
+            rotvec_to_rotmat(-chest[:, None] * left),
+        )
     front = out[:, upper, :3, :3] @ rig.rest[upper].T @ np.array([0.0, 0.0, 1.0])
     for side in SIDES:
         if rig.chains[f"{side}_collar"]:
@@ -201,27 +252,43 @@ def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSetting
     return out
 
 
-def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings, free: FloatArray) -> FloatArray:
-    """Turn neck and head towards where the person goes, a little before the body turns; the gaze stays near the horizon; as far as it is `free` (T,).
+def _look_ahead(
+    transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings, free: FloatArray
+) -> FloatArray:
+    """Turn neck and head towards where the person goes, a little before the body turns; the gaze
+    stays near the horizon; as far as it is `free` (T,).
 
-    A joint of the head says where it is, not which way it faces: without this it is screwed to the shoulders.
+    A joint of the head says where it is, not which way it faces: without this it is screwed to the
+    shoulders.
     """
     chain = rig.chains["neck"]
     if "head" not in rig.bones or not chain or len(transforms) < 2:
         return transforms
-    head, upper, pelvis = rig.bones["head"], (rig.chains["spine"] or [rig.bones["pelvis"]])[-1], rig.bones["pelvis"]
+    head, upper, pelvis = (
+        rig.bones["head"],
+        (rig.chains["spine"] or [rig.bones["pelvis"]])[-1],
+        rig.bones["pelvis"],
+    )
     front, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
     worn = {bone: transforms[:, bone, :3, :3] @ rig.rest[bone].T for bone in (head, upper, pelvis)}
-    body = unit(smoothed((worn[upper] + worn[pelvis]) @ front, 0.35 * fps) * np.array([1.0, 0.0, 1.0]))
+    body = unit(
+        smoothed((worn[upper] + worn[pelvis]) @ front, 0.35 * fps) * np.array([1.0, 0.0, 1.0])
+    )
     path = smoothed(transforms[:, pelvis, :3, 3], 0.35 * fps)
     speed = np.gradient(path, axis=0) * fps * np.array([1.0, 0.0, 1.0])
     going = unit(speed)
-    ahead = smoothstep(np.linalg.norm(speed, axis=-1), 0.3, 0.8) * smoothstep((going * body).sum(-1), 0.2, 0.7)
+    ahead = smoothstep(np.linalg.norm(speed, axis=-1), 0.3, 0.8) * smoothstep(
+        (going * body).sum(-1), 0.2, 0.7
+    )
     wanted = unit(body + ahead[:, None] * (going - body))
     heading = np.unwrap(np.arctan2(wanted[:, 0], wanted[:, 2]))
     times = np.arange(len(heading)) / fps
     if settings.cycle:  # the next round turns the same way
-        heading = np.interp(times + AHEAD_SECONDS, np.r_[times, times[-1] + settings.cycle], np.r_[heading, heading[-1]])
+        heading = np.interp(
+            times + AHEAD_SECONDS,
+            np.r_[times, times[-1] + settings.cycle],
+            np.r_[heading, heading[-1]],
+        )
     else:
         heading = np.interp(times + AHEAD_SECONDS, times, heading)
     chest_yaw, face = _yaw(worn[upper] @ front), worn[head] @ front
@@ -239,7 +306,9 @@ def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSett
     right = -np.cross(up, unit(face * np.array([1.0, 0.0, 1.0])))
     for bone in steps:
         share = 0.4 / len(chain) if bone != head else 0.6
-        rotmat = rotvec_to_rotmat(share * turn[:, None] * up) @ rotvec_to_rotmat(share * nod[:, None] * right)
+        rotmat = rotvec_to_rotmat(share * turn[:, None] * up) @ rotvec_to_rotmat(
+            share * nod[:, None] * right
+        )
         turn_bones(out, subtree(rig.parents, bone), rotmat)
     return out
 
@@ -250,7 +319,8 @@ def _yaw(vectors: FloatArray) -> FloatArray:
 
 
 def _period(natural: float, cycle: float) -> float:
-    """The period nearest to a natural one that a cycle of `cycle` seconds holds a whole number of times; 0 where it holds none."""
+    """The period nearest to a natural one that a cycle of `cycle` seconds holds a whole number of
+    times; 0 where it holds none."""
     if not cycle:
         return natural
     return 0.0 if cycle < _SHORTEST_CYCLE else cycle / max(round(cycle / natural), 1)

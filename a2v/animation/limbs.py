@@ -12,13 +12,15 @@ from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.types import FloatArray
 
 _ARM_REFERENCE = np.array([0.75, -0.35, 0.56])
-"""Direction of a left arm in the middle of its range, where it is untwisted: the antipode is out of reach."""
+"""Direction of a left arm in the middle of its range, where it is untwisted: the antipode is out of
+reach."""
 _LEG_REFERENCE = np.array([0.08, -0.9, 0.43])
 """Likewise of a left leg."""
 
 
 def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, side: str) -> None:
-    """Add the rotations (T, 3, 3) of one arm's bones from rest, below a `chest` (T, 3, 3), to `rotmats`."""
+    """Add the rotations (T, 3, 3) of one arm's bones from rest, below a `chest` (T, 3, 3), to
+    `rotmats`."""
     source, rig = task.source, task.rig
     shoulder, elbow, wrist = (source[f"{side}_{name}"] for name in ("shoulder", "elbow", "wrist"))
     rest_upper = rig.joints[f"{side}_elbow"] - rig.joints[f"{side}_shoulder"]
@@ -33,7 +35,9 @@ def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, si
     expected = _transported(chest, upper, rest_upper, rest_axis, _ARM_REFERENCE * mirror)
     angle = _twist(upper, expected, seen, weight, task.twist_smoothing * task.fps)
     axis = _rotated(expected, upper, angle)
-    _share_twist(rotmats, rig.chains[f"{side}_shoulder"], upper, expected, angle, rest_upper, rest_axis)
+    _share_twist(
+        rotmats, rig.chains[f"{side}_shoulder"], upper, expected, angle, rest_upper, rest_axis
+    )
     forearm = frame_along(fore, axis) @ frame_along(rest_fore, rest_axis).T
     for bone in rig.chains[f"{side}_elbow"]:
         rotmats[bone] = forearm
@@ -43,13 +47,16 @@ def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, si
         local = np.einsum("tba,tb->ta", forearm, source[f"{side}_hand"] - wrist)
         # a hand that lies along the forearm in the source lies so in the rig too
         straight = rotvec_to_rotmat(swing_between(rest_fore, rest_hand))
-        swing = rotvec_to_rotmat(swing_between(np.broadcast_to(rest_hand, local.shape), local @ straight.T))
+        swing = rotvec_to_rotmat(
+            swing_between(np.broadcast_to(rest_hand, local.shape), local @ straight.T)
+        )
         hand = forearm @ task.limited(swing, "wrist")
     rotmats[rig.bones[f"{side}_wrist"]] = hand
 
 
 def orient_leg(rotmats: dict[int, FloatArray], task: Task, pelvis: FloatArray, side: str) -> None:
-    """Add the rotations (T, 3, 3) of one leg's bones from rest, below a `pelvis` (T, 3, 3), to `rotmats`."""
+    """Add the rotations (T, 3, 3) of one leg's bones from rest, below a `pelvis` (T, 3, 3), to
+    `rotmats`."""
     source, rig = task.source, task.rig
     hip, knee, ankle = (source[f"{side}_{name}"] for name in ("hip", "knee", "ankle"))
     rest_thigh = rig.joints[f"{side}_knee"] - rig.joints[f"{side}_hip"]
@@ -79,7 +86,11 @@ def orient_leg(rotmats: dict[int, FloatArray], task: Task, pelvis: FloatArray, s
         rest_foot = rig.joints[f"{side}_foot"] - rig.joints[f"{side}_ankle"]
         axis = unit(axis - (axis * foot).sum(-1, keepdims=True) * foot)
         pitch = foot_pitch(source, side, task.posture, rest_foot, task.fps)
-        sole = rotvec_to_rotmat(axis * pitch) @ frame_along(foot, axis) @ frame_along(rest_foot, rest_axis).T
+        sole = (
+            rotvec_to_rotmat(axis * pitch)
+            @ frame_along(foot, axis)
+            @ frame_along(rest_foot, rest_axis).T
+        )
         if task.limits:
             sole = lower @ task.limited(np.swapaxes(lower, 1, 2) @ sole, "ankle")
     rotmats[rig.bones[f"{side}_ankle"]] = sole
@@ -94,14 +105,22 @@ def _share_twist(
     rest: FloatArray,
     rest_axis: FloatArray,
 ) -> None:
-    """Orient the bones of an upper limb: all along `direction`, the twist growing from the first bone to the last."""
+    """Orient the bones of an upper limb: all along `direction`, the twist growing from the first
+    bone to the last."""
     for place, bone in enumerate(chain):
         axis = _rotated(expected, direction, angle * ((place + 1) / len(chain)))
         rotmats[bone] = frame_along(direction, axis) @ frame_along(rest, rest_axis).T
 
 
-def _transported(base: FloatArray, direction: FloatArray, rest: FloatArray, rest_axis: FloatArray, reference: FloatArray) -> FloatArray:
-    """Bending axis (T, 3) that an untwisted limb along `direction` would have on a torso turned by `base`."""
+def _transported(
+    base: FloatArray,
+    direction: FloatArray,
+    rest: FloatArray,
+    rest_axis: FloatArray,
+    reference: FloatArray,
+) -> FloatArray:
+    """Bending axis (T, 3) that an untwisted limb along `direction` would have on a torso turned by
+    `base`."""
     first = rotvec_to_rotmat(swing_between(unit(rest), unit(reference)))
     local = np.einsum("tba,tb->ta", base, direction)
     second = rotvec_to_rotmat(swing_between(np.broadcast_to(unit(reference), local.shape), local))
@@ -110,11 +129,14 @@ def _transported(base: FloatArray, direction: FloatArray, rest: FloatArray, rest
     return across
 
 
-def _twist(direction: FloatArray, expected: FloatArray, seen: FloatArray, weight: FloatArray, width: float) -> FloatArray:
+def _twist(
+    direction: FloatArray, expected: FloatArray, seen: FloatArray, weight: FloatArray, width: float
+) -> FloatArray:
     """Smooth angle (T,) about `direction` from the expected to the seen bending axis.
 
-    Minimises sum w |z - z_seen|^2 + width^2 |z_t+1 - z_t|^2 + a little |z - 1|^2 over unit-circle angles as complex numbers:
-    frames without a bend (w = 0) follow their neighbours, and the reference where there is none.
+    Minimises sum w |z - z_seen|^2 + width^2 |z_t+1 - z_t|^2 + a little |z - 1|^2 over unit-circle
+    angles as complex numbers: frames without a bend (w = 0) follow their neighbours, and the
+    reference where there is none.
     """
     from scipy.linalg import solveh_banded
 
@@ -126,7 +148,12 @@ def _twist(direction: FloatArray, expected: FloatArray, seen: FloatArray, weight
     weight = np.where(size > 1e-9, weight, 0.0)
     rigid, prior = max(width, 1e-3) ** 2, 0.02
     frames = len(direction)
-    diagonal = weight + prior + rigid * np.r_[0.0, np.ones(frames - 1)] + rigid * np.r_[np.ones(frames - 1), 0.0]
+    diagonal = (
+        weight
+        + prior
+        + rigid * np.r_[0.0, np.ones(frames - 1)]
+        + rigid * np.r_[np.ones(frames - 1), 0.0]
+    )
     banded = np.zeros((2, frames))
     banded[1] = diagonal
     banded[0, 1:] = -rigid
@@ -139,5 +166,7 @@ def _twist(direction: FloatArray, expected: FloatArray, seen: FloatArray, weight
 
 def _rotated(vectors: FloatArray, axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Vectors (T, 3) perpendicular to unit `axis` turned about it by `angle` (T,)."""
-    turned: FloatArray = vectors * np.cos(angle)[:, None] + np.cross(axis, vectors) * np.sin(angle)[:, None]
+    turned: FloatArray = (
+        vectors * np.cos(angle)[:, None] + np.cross(axis, vectors) * np.sin(angle)[:, None]
+    )
     return turned

@@ -1,4 +1,5 @@
-"""World rotations of a rig's bones that make it move like a motion's joints: torso, collars, head; limbs are in `limbs`."""
+"""World rotations of a rig's bones that make it move like a motion's joints: torso, collars, head;
+limbs are in `limbs`."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from a2v.types import FloatArray
 def orient_bones(task: Task) -> FloatArray:
     """World rotations (T, B, 3, 3) float64 of a rig's bones from their rest orientation.
 
-    Pelvis and chest by hips, spine and shoulders, the bend between them shared out over the spine; then collars, head and limbs.
+    Pelvis and chest by hips, spine and shoulders, the bend between them shared out over the spine;
+    then collars, head and limbs.
     """
     source, rig, frames = task.source, task.rig, task.frames
     rotmats: dict[int, FloatArray] = {}
@@ -32,8 +34,12 @@ def orient_bones(task: Task) -> FloatArray:
         rotmats[bone] = pelvis @ rotvec_to_rotmat(bend * ((place + 1) / len(spine)))
     if not spine:
         chest = pelvis
-    back = upright_back(middle(source, "shoulder") - middle(source, "hip"), pelvis, task.posture, rig)
-    for _ in range(3 if spine else 0):  # swing the spine so that the shoulders lie where they should from the hips
+    back = upright_back(
+        middle(source, "shoulder") - middle(source, "hip"), pelvis, task.posture, rig
+    )
+    for _ in range(
+        3 if spine else 0
+    ):  # swing the spine so that the shoulders lie where they should from the hips
         heads = _heads(rotmats, rig, frames)
         now = 0.5 * (heads[rig.bones["left_shoulder"]] + heads[rig.bones["right_shoulder"]])
         now = now - 0.5 * (heads[rig.bones["left_hip"]] + heads[rig.bones["right_hip"]])
@@ -59,14 +65,22 @@ def _torso(task: Task) -> tuple[FloatArray, FloatArray]:
     across_hips = source["left_hip"] - source["right_hip"]
     across_shoulders = source["left_shoulder"] - source["right_shoulder"]
     rest_hips, rest_shoulders = rig.middle("hip"), rig.middle("shoulder")
-    rest_across = rig.joints["left_hip"] - rig.joints["right_hip"], rig.joints["left_shoulder"] - rig.joints["right_shoulder"]
-    # the joint nearest to the middle of the back divides the torso; the rig's back is divided at the same height
+    rest_across = (
+        rig.joints["left_hip"] - rig.joints["right_hip"],
+        rig.joints["left_shoulder"] - rig.joints["right_shoulder"],
+    )
+    # the joint nearest to the middle of the back divides the torso; the rig's back is divided at
+    # the same height
     names = sorted(name for name in source if name.startswith("spine"))
     height = np.linalg.norm(shoulders - hips, axis=-1)
     best, share = "", 0.0
     for name in names:
         below = np.linalg.norm(source[name] - hips, axis=-1)
-        fraction = float(np.median(below / np.maximum(below + np.linalg.norm(shoulders - source[name], axis=-1), 1e-9)))
+        fraction = float(
+            np.median(
+                below / np.maximum(below + np.linalg.norm(shoulders - source[name], axis=-1), 1e-9)
+            )
+        )
         if 0.25 <= fraction <= 0.75 and (not best or abs(fraction - 0.5) < abs(share - 0.5)):
             best, share = name, fraction
     if not best or float(np.median(height)) < 1e-9:
@@ -81,7 +95,9 @@ def _torso(task: Task) -> tuple[FloatArray, FloatArray]:
     return pelvis, chest
 
 
-def _neutral_back(posture: Posture, joint: str, rig: Rig, share: float) -> tuple[FloatArray, FloatArray]:
+def _neutral_back(
+    posture: Posture, joint: str, rig: Rig, share: float
+) -> tuple[FloatArray, FloatArray]:
     """Directions of the lower and the upper back when the person stands upright and faces +z."""
     if joint in posture.back:
         return posture.back[joint]
@@ -103,32 +119,44 @@ def _orient_collars(rotmats: dict[int, FloatArray], task: Task, chest: FloatArra
         if not chain:
             continue
         reach = source[f"{side}_shoulder"] - chest_top
-        ratio = 0.5 * rig.length("left_shoulder", "right_shoulder") / max(float(np.median(np.linalg.norm(reach, axis=-1))), 1e-9)
+        ratio = (
+            0.5
+            * rig.length("left_shoulder", "right_shoulder")
+            / max(float(np.median(np.linalg.norm(reach, axis=-1))), 1e-9)
+        )
         pivot = heads[chain[0]]
-        swing = rotvec_to_rotmat(swing_between(heads[rig.bones[f"{side}_shoulder"]] - pivot, now + reach * ratio - pivot))
+        swing = rotvec_to_rotmat(
+            swing_between(heads[rig.bones[f"{side}_shoulder"]] - pivot, now + reach * ratio - pivot)
+        )
         swing = task.limited(swing, "collar")
         for bone in chain:
             rotmats[bone] = swing @ chest
 
 
 def _orient_head(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray) -> None:
-    """Point the neck at the motion's head; the skull keeps the neutral angle between neck and face."""
+    """Point the neck at the motion's head; the skull keeps the neutral angle between neck and
+    face."""
     source, rig = task.source, task.rig
     if "head" not in source or "head" not in rig.bones or not rig.chains["neck"]:
         return
     base = source["neck"] if "neck" in source else middle(source, "shoulder")
     rest = rig.joints["head"] - rig.joints["neck"]
     local = np.einsum("tba,tb->ta", chest, source["head"] - base)
-    swing = task.limited(rotvec_to_rotmat(swing_between(np.broadcast_to(rest, local.shape), local)), "neck")
+    swing = task.limited(
+        rotvec_to_rotmat(swing_between(np.broadcast_to(rest, local.shape), local)), "neck"
+    )
     for bone in rig.chains["neck"]:
         rotmats[bone] = chest @ swing
-    tilt = rotvec_to_rotmat(swing_between(rest if task.posture.neck is None else task.posture.neck, rest))
+    tilt = rotvec_to_rotmat(
+        swing_between(rest if task.posture.neck is None else task.posture.neck, rest)
+    )
     skull = rotvec_to_rotmat(swing_between(np.broadcast_to(rest, local.shape), local @ tilt.T))
     rotmats[rig.bones["head"]] = chest @ task.limited(skull, "neck")
 
 
 def _heads(rotmats: dict[int, FloatArray], rig: Rig, frames: int) -> list[FloatArray]:
-    """Bone heads (T, 3) relative to the first bone's, for bones rotated by `rotmats` or with their parents."""
+    """Bone heads (T, 3) relative to the first bone's, for bones rotated by `rotmats` or with their
+    parents."""
     heads: list[FloatArray] = []
     worn: list[FloatArray] = []
     for bone, parent in enumerate(rig.parents):

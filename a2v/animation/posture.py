@@ -1,7 +1,9 @@
-"""What a skeleton looks like when its person simply stands: without it, flat feet, straight knees and upright backs are lost in retargeting.
+"""What a skeleton looks like when its person simply stands: without it, flat feet, straight knees
+and upright backs are lost in retargeting.
 
-Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimetres, that is by ten degrees and more of a bone's
-direction. What stands upright in the motion must stand upright in the body, so bones turn from *standing* to standing.
+Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimetres, that
+is by ten degrees and more of a bone's direction. What stands upright in the motion must stand
+upright in the body, so bones turn from *standing* to standing.
 """
 
 from __future__ import annotations
@@ -28,24 +30,29 @@ _TABLES: dict[str, dict[str, float]] = {
     },
     "cmu": {"lean": -1.9, "neck": 12.1, "dip": -12.0, "knee": 24.0},
 }
-"""How people stand in the data sets, degrees: medians over frames in which they stand still and upright, the spine's over all upright
-frames (`scripts/fit_posture.py` measures them again, within 4 degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above": forward lean from the middle of the hips
-to that joint, and from there to the middle of the shoulders."""
+"""How people stand in the data sets, degrees: medians over frames in which they stand still and
+upright, the spine's over all upright frames (`scripts/fit_posture.py` measures them again, within 4
+degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above": forward lean
+from the middle of the hips to that joint, and from there to the middle of the shoulders."""
 
 SOFT_KNEE = 12.0
-"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest pose: chosen by eye."""
+"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest
+pose: chosen by eye."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Posture:
-    """Directions of a skeleton's bones while its person stands upright and faces +z; angles in degrees.
+    """Directions of a skeleton's bones while its person stands upright and faces +z; angles in
+    degrees.
 
     Attributes
     ----------
     lean : float or None
-        From the middle of the hips to the middle of the shoulders, positive forward; None: as the rig's.
+        From the middle of the hips to the middle of the shoulders, positive forward; None: as the
+        rig's.
     back : dict of str to pair of (3,) float64
-        Directions from the middle of the hips to a spine joint, and from there to the middle of the shoulders.
+        Directions from the middle of the hips to a spine joint, and from there to the middle of the
+        shoulders.
     neck : (3,) float64 or None
         From the neck to the head; None: as the rig's.
     dip : float or None
@@ -62,24 +69,31 @@ class Posture:
 
 
 def table_of(skeleton: str) -> dict[str, float]:
-    """How people stand in the data set of that skeleton, degrees (see `scripts/fit_posture.py`); empty for others."""
+    """How people stand in the data set of that skeleton, degrees (see `scripts/fit_posture.py`);
+    empty for others."""
     return dict(_TABLES.get(skeleton, {}))
 
 
 def standing_posture(motion: Motion) -> Posture:
-    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's table."""
+    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's
+    table."""
     rest = _rest_pose(motion)
     if rest is None:
         table = table_of(motion.skeleton)
         joints = [key.removesuffix(" below") for key in table if key.endswith(" below")]
         return Posture(
             lean=table.get("lean"),
-            back={joint: (_forward(table[f"{joint} below"]), _forward(table[f"{joint} above"])) for joint in joints},
+            back={
+                joint: (_forward(table[f"{joint} below"]), _forward(table[f"{joint} above"]))
+                for joint in joints
+            },
             neck=_forward(table["neck"]) if "neck" in table else None,
             dip=table.get("dip"),
             knee=table.get("knee", SOFT_KNEE),
         )
-    hips, shoulders = (0.5 * (rest[f"left_{joint}"] + rest[f"right_{joint}"]) for joint in ("hip", "shoulder"))
+    hips, shoulders = (
+        0.5 * (rest[f"left_{joint}"] + rest[f"right_{joint}"]) for joint in ("hip", "shoulder")
+    )
     dips, knees = [], []
     for side in SIDES:
         if f"{side}_foot" in rest:
@@ -87,23 +101,33 @@ def standing_posture(motion: Motion) -> Posture:
         knees.append(float(np.degrees(knee_bend(rest, side))))
     return Posture(
         lean=lean_of(shoulders - hips),
-        back={name: (point - hips, shoulders - point) for name, point in rest.items() if name.startswith("spine")},
+        back={
+            name: (point - hips, shoulders - point)
+            for name, point in rest.items()
+            if name.startswith("spine")
+        },
         neck=rest["head"] - rest["neck"] if "head" in rest and "neck" in rest else None,
         dip=float(np.mean(dips)) if dips else None,
         knee=float(np.mean(knees)) + SOFT_KNEE,
     )
 
 
-def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens them, and feet as far apart as the person's.
+def straightened(
+    source: dict[str, FloatArray], posture: Posture, rig: Rig
+) -> dict[str, FloatArray]:
+    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens
+    them, and feet as far apart as the person's.
 
-    What counts as a straight leg is the twentieth part of the clip with the least bend, at most `Posture.knee`; that bend is taken
-    off all frames, down to six tenths of the rig's own bend at rest. Shins turn in the knee's plane; feet move along. Hips narrower or
-    wider than the rig's turn the legs sideways, by at most 3.5 degrees.
+    What counts as a straight leg is the twentieth part of the clip with the least bend, at most
+    `Posture.knee`; that bend is taken off all frames, down to six tenths of the rig's own bend at
+    rest. Shins turn in the knee's plane; feet move along. Hips narrower or wider than the rig's
+    turn the legs sideways, by at most 3.5 degrees.
     """
     source = _as_far_apart(source, rig)
     bends = {side: knee_bend(source, side) for side in SIDES}
-    straight = min(np.deg2rad(posture.knee), float(np.quantile(np.concatenate(list(bends.values())), 0.05)))
+    straight = min(
+        np.deg2rad(posture.knee), float(np.quantile(np.concatenate(list(bends.values())), 0.05))
+    )
     at_rest = float(np.mean([knee_bend(rig.joints, side) for side in SIDES]))
     excess = straight - 0.6 * at_rest
     if excess <= 0:
@@ -111,10 +135,15 @@ def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> d
     out = dict(source)
     soft = np.deg2rad(3.0)
     for side, bend in bends.items():
-        thigh, shin = source[f"{side}_knee"] - source[f"{side}_hip"], source[f"{side}_ankle"] - source[f"{side}_knee"]
+        thigh, shin = (
+            source[f"{side}_knee"] - source[f"{side}_hip"],
+            source[f"{side}_ankle"] - source[f"{side}_knee"],
+        )
         axis = np.cross(thigh, shin)
         axis = axis / np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-12)
-        less = np.minimum(bend - soft * np.logaddexp(0, (bend - excess) / soft), bend)  # never past straight
+        less = np.minimum(
+            bend - soft * np.logaddexp(0, (bend - excess) / soft), bend
+        )  # never past straight
         turned = np.einsum("tab,tb->ta", rotvec_to_rotmat(-less[:, None] * axis), shin)
         for name in (f"{side}_ankle", f"{side}_foot", f"{side}_toes"):
             if name in out:
@@ -123,14 +152,17 @@ def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> d
 
 
 def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
-    """Legs turned at the hips so that the rig's feet, on its wider or narrower hips, are as far apart as the person's."""
+    """Legs turned at the hips so that the rig's feet, on its wider or narrower hips, are as far
+    apart as the person's."""
     across = source["left_hip"] - source["right_hip"]
     width = np.linalg.norm(across, axis=-1, keepdims=True)
     legs = {side: source[f"{side}_ankle"] - source[f"{side}_hip"] for side in SIDES}
     longest = max(float(np.quantile(np.linalg.norm(leg, axis=-1), 0.95)) for leg in legs.values())
     if longest <= 1e-9:
         return source
-    excess = rig.length("left_hip", "right_hip") / rig.leg_length - float(np.median(width)) / longest
+    excess = (
+        rig.length("left_hip", "right_hip") / rig.leg_length - float(np.median(width)) / longest
+    )
     angle = np.clip(np.arcsin(np.clip(excess / 2, -1, 1)), -np.deg2rad(3.5), np.deg2rad(3.5))
     out = dict(source)
     for side, leg in legs.items():
@@ -139,24 +171,39 @@ def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArr
         turn = rotvec_to_rotmat(angle * axis / np.maximum(width * longest, 1e-12))
         for name in (f"{side}_knee", f"{side}_ankle", f"{side}_foot", f"{side}_toes"):
             if name in out:
-                out[name] = source[f"{side}_hip"] + np.einsum("tab,tb->ta", turn, source[name] - source[f"{side}_hip"])
+                out[name] = source[f"{side}_hip"] + np.einsum(
+                    "tab,tb->ta", turn, source[name] - source[f"{side}_hip"]
+                )
     return out
 
 
 def upright_back(back: FloatArray, pelvis: FloatArray, posture: Posture, rig: Rig) -> FloatArray:
-    """Vectors (T, 3) from hips to shoulders, turned as the rig's upright back is from the skeleton's; `pelvis` (T, 3, 3) from rest."""
+    """Vectors (T, 3) from hips to shoulders, turned as the rig's upright back is from the
+    skeleton's; `pelvis` (T, 3, 3) from rest."""
     if posture.lean is None:
         return back
-    turn = rotvec_to_rotmat(np.array([np.deg2rad(lean_of(rig.middle("shoulder") - rig.middle("hip")) - posture.lean), 0.0, 0.0]))
+    turn = rotvec_to_rotmat(
+        np.array(
+            [
+                np.deg2rad(lean_of(rig.middle("shoulder") - rig.middle("hip")) - posture.lean),
+                0.0,
+                0.0,
+            ]
+        )
+    )
     turned: FloatArray = np.einsum("tab,bc,tdc,td->ta", pelvis, turn, pelvis, back)
     return turned
 
 
-def foot_pitch(source: dict[str, FloatArray], side: str, posture: Posture, rest_foot: FloatArray, fps: float) -> float:
-    """Angle in radians about the foot's left-pointing axis by which feet must turn so that a flat one is flat in the rig.
+def foot_pitch(
+    source: dict[str, FloatArray], side: str, posture: Posture, rest_foot: FloatArray, fps: float
+) -> float:
+    """Angle in radians about the foot's left-pointing axis by which feet must turn so that a flat
+    one is flat in the rig.
 
-    A foot that is low and at rest at both ends is taken for flat; the skeleton's own dip counts as much as a third of a second
-    of such frames, and dips that are further than 35 degrees from it are tiptoes or heels.
+    A foot that is low and at rest at both ends is taken for flat; the skeleton's own dip counts as
+    much as a third of a second of such frames, and dips that are further than 35 degrees from it
+    are tiptoes or heels.
 
     Parameters
     ----------
@@ -169,23 +216,49 @@ def foot_pitch(source: dict[str, FloatArray], side: str, posture: Posture, rest_
     fps : float
     """
     ankle, ball = source[f"{side}_ankle"], source[f"{side}_foot"]
-    dips = np.degrees(np.arcsin(np.clip((ball - ankle)[:, 1] / np.maximum(np.linalg.norm(ball - ankle, axis=-1), 1e-12), -1, 1)))
+    dips = np.degrees(
+        np.arcsin(
+            np.clip(
+                (ball - ankle)[:, 1] / np.maximum(np.linalg.norm(ball - ankle, axis=-1), 1e-12),
+                -1,
+                1,
+            )
+        )
+    )
     rest = _dip(rest_foot)
     speed = np.zeros(len(ankle))
     if len(ankle) > 1:
-        speed = np.maximum(*(np.linalg.norm(np.gradient(points, axis=0), axis=-1) * fps for points in (ankle, ball)))
-    low = sum(np.exp(-((np.maximum(p[:, 1] - np.quantile(p[:, 1], 0.1), 0) / 0.04) ** 2)) for p in (ankle, ball)) - 1
+        speed = np.maximum(
+            *(
+                np.linalg.norm(np.gradient(points, axis=0), axis=-1) * fps
+                for points in (ankle, ball)
+            )
+        )
+    low = (
+        sum(
+            np.exp(-((np.maximum(p[:, 1] - np.quantile(p[:, 1], 0.1), 0) / 0.04) ** 2))
+            for p in (ankle, ball)
+        )
+        - 1
+    )
     weight = np.exp(-((speed / 0.2) ** 2)) * np.clip(low, 0, 1)
     prior, strength = (posture.dip, fps / 3) if posture.dip is not None else (rest, 0.2)
     weight = weight * (np.abs(dips - prior) < (35 if posture.dip is not None else 60))
     flat = (strength * prior + float((weight * dips).sum())) / (strength + float(weight.sum()))
-    return float(np.deg2rad(flat - rest))  # a positive turn about the left-pointing axis lowers the toes
+    return float(
+        np.deg2rad(flat - rest)
+    )  # a positive turn about the left-pointing axis lowers the toes
 
 
 def knee_bend(joints: dict[str, FloatArray], side: str) -> FloatArray:
     """Angle (...) in radians between thigh and shin; 0 for a straight leg."""
-    thigh, shin = joints[f"{side}_knee"] - joints[f"{side}_hip"], joints[f"{side}_ankle"] - joints[f"{side}_knee"]
-    angle: FloatArray = np.arctan2(np.linalg.norm(np.cross(thigh, shin), axis=-1), (thigh * shin).sum(-1))
+    thigh, shin = (
+        joints[f"{side}_knee"] - joints[f"{side}_hip"],
+        joints[f"{side}_ankle"] - joints[f"{side}_knee"],
+    )
+    angle: FloatArray = np.arctan2(
+        np.linalg.norm(np.cross(thigh, shin), axis=-1), (thigh * shin).sum(-1)
+    )
     return angle
 
 
@@ -204,7 +277,8 @@ def _forward(degrees: float) -> FloatArray:
 
 
 def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
-    """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a standing person."""
+    """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a
+    standing person."""
     offsets = motion.rest_offsets
     if offsets is None:
         return None
@@ -213,9 +287,16 @@ def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
         points[j] = points[motion.parents[j]] + offsets[j]
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
     rest = {name: points[index] for name, index in found.items()}
-    hips, shoulders = 0.5 * (rest["left_hip"] + rest["right_hip"]), 0.5 * (rest["left_shoulder"] + rest["right_shoulder"])
+    hips, shoulders = (
+        0.5 * (rest["left_hip"] + rest["right_hip"]),
+        0.5 * (rest["left_shoulder"] + rest["right_shoulder"]),
+    )
     torso, across = shoulders - hips, rest["left_hip"] - rest["right_hip"]
-    if torso[1] < 0.94 * np.linalg.norm(torso) or np.linalg.norm(across) < 1e-6 or abs(across[1]) > 0.2 * np.linalg.norm(across):
+    if (
+        torso[1] < 0.94 * np.linalg.norm(torso)
+        or np.linalg.norm(across) < 1e-6
+        or abs(across[1]) > 0.2 * np.linalg.norm(across)
+    ):
         return None
     yaw = np.arctan2(across[2], across[0])
     turn = rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))

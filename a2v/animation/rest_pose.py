@@ -26,7 +26,8 @@ def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
     drivers : (K,) int
         For each of `spec.bones` the body's bone at its head.
     owner : (B,) int
-        For each bone of the body the index into `spec.bones` that it goes with: its own, or its nearest ancestor's.
+        For each bone of the body the index into `spec.bones` that it goes with: its own, or its
+        nearest ancestor's.
 
     Raises
     ------
@@ -49,13 +50,18 @@ def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
 
 
 def heads_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArray) -> FloatArray:
-    """Heads (..., K, 3) of a rig's bones when the body's bones stand at `transforms` (..., B, 4, 4)."""
+    """Heads (..., K, 3) of a rig's bones when the body's bones stand at `transforms` (..., B, 4,
+    4)."""
     rest = body.rest_transforms.astype(np.float64)
     index = {name: bone for bone, name in enumerate(body.bone_names)}
-    points = np.stack([rest[[index[name] for name in bone.at], :3, 3].mean(axis=0) for bone in spec.bones])
+    points = np.stack(
+        [rest[[index[name] for name in bone.at], :3, 3].mean(axis=0) for bone in spec.bones]
+    )
     local = np.einsum("kca,kc->ka", rest[drivers, :3, :3], points - rest[drivers, :3, 3])
     leading = transforms[..., drivers, :, :]
-    heads: FloatArray = np.einsum("...kac,kc->...ka", leading[..., :3, :3], local) + leading[..., :3, 3]
+    heads: FloatArray = (
+        np.einsum("...kac,kc->...ka", leading[..., :3, :3], local) + leading[..., :3, 3]
+    )
     return heads
 
 
@@ -64,27 +70,39 @@ def tails_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArra
     places = {bone.name: place for place, bone in enumerate(spec.bones)}
     heads = heads_of(body, spec, drivers, transforms)
     fitted = body.bone_transforms.astype(np.float64)
-    own = np.einsum("bca,bc->ba", fitted[:, :3, :3], body.bone_tails.astype(np.float64) - fitted[:, :3, 3])
+    own = np.einsum(
+        "bca,bc->ba", fitted[:, :3, :3], body.bone_tails.astype(np.float64) - fitted[:, :3, 3]
+    )
     tails = np.einsum("bac,bc->ba", transforms[:, :3, :3], own) + transforms[:, :3, 3]
-    ends = [heads[places[bone.tail]] if bone.tail else tails[driver] for bone, driver in zip(spec.bones, drivers, strict=True)]
+    ends = [
+        heads[places[bone.tail]] if bone.tail else tails[driver]
+        for bone, driver in zip(spec.bones, drivers, strict=True)
+    ]
     return np.stack(ends)
 
 
 def rest_transforms(body: Body, spec: RigSpec) -> FloatArray:
     """The body's bones (B, 4, 4) float64, world from bone, in the rig's rest pose.
 
-    Each bone that has a direction turns there the short way, after what its parents did; a foot only about the vertical. The hips stand
-    above the origin; the height is that of the body's own rest pose.
+    Each bone that has a direction turns there the short way, after what its parents did; a foot
+    only about the vertical. The hips stand above the origin; the height is that of the body's own
+    rest pose.
     """
     rest = body.rest_transforms.astype(np.float64)
     drivers, _ = bones_of(body, spec)
     vectors = tails_of(body, spec, drivers, rest) - heads_of(body, spec, drivers, rest)
-    wanted = {int(driver): (bone, vector) for bone, driver, vector in zip(spec.bones, drivers, vectors, strict=True) if bone.direction}
+    wanted = {
+        int(driver): (bone, vector)
+        for bone, driver, vector in zip(spec.bones, drivers, vectors, strict=True)
+        if bone.direction
+    }
     turns, made = np.tile(np.eye(3), (len(rest), 1, 1)), rest.copy()
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent >= 0:
             turns[bone] = turns[parent]
-            made[bone, :3, 3] = made[parent, :3, 3] + turns[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3])
+            made[bone, :3, 3] = made[parent, :3, 3] + turns[parent] @ (
+                rest[bone, :3, 3] - rest[parent, :3, 3]
+            )
         if bone in wanted:
             turns[bone] = _turned(*wanted[bone], turns[bone])
         made[bone, :3, :3] = turns[bone] @ rest[bone, :3, :3]
@@ -93,26 +111,37 @@ def rest_transforms(body: Body, spec: RigSpec) -> FloatArray:
 
 
 def _turned(bone: RigBone, vector: FloatArray, turn: FloatArray) -> FloatArray:
-    """Rotation (3, 3) from the body's rest pose that makes a bone along `vector` point where the rig wants it; `turn` is its parent's."""
+    """Rotation (3, 3) from the body's rest pose that makes a bone along `vector` point where the
+    rig wants it; `turn` is its parent's."""
     if bone.direction == "ahead":
         return rotvec_to_rotmat(np.array([0.0, -np.arctan2(vector[0], vector[2]), 0.0]))
-    made: FloatArray = rotvec_to_rotmat(swing_between(turn @ vector, world_direction(bone.direction))) @ turn
+    made: FloatArray = (
+        rotvec_to_rotmat(swing_between(turn @ vector, world_direction(bone.direction))) @ turn
+    )
     return made
 
 
 def bone_axes(spec: RigSpec, vectors: FloatArray) -> FloatArray:
-    """Orientations (K, 3, 3), world from bone, of a rig's bones along `vectors` (K, 3) in the rest pose."""
+    """Orientations (K, 3, 3), world from bone, of a rig's bones along `vectors` (K, 3) in the rest
+    pose."""
     if not spec.along:
         return np.tile(np.eye(3), (len(spec.bones), 1, 1))
     first, second = _AXES[spec.along[1]], _AXES[spec.toward[1]]
-    signs = np.array([-1.0 if spec.along[0] == "-" else 1.0, -1.0 if spec.toward[0] == "-" else 1.0])
+    signs = np.array(
+        [-1.0 if spec.along[0] == "-" else 1.0, -1.0 if spec.toward[0] == "-" else 1.0]
+    )
     frames = np.zeros((len(spec.bones), 3, 3))
     for place, (bone, vector) in enumerate(zip(spec.bones, vectors, strict=True)):
         reverse = -1.0 if spec.mirrored and bone.sources[0].endswith(".R") else 1.0
         along = unit(vector)
         aim = world_direction(bone.toward)
         toward = unit(aim - along * float(along @ aim))
-        frames[place, :, first], frames[place, :, second] = along * signs[0] * reverse, toward * signs[1] * reverse
+        frames[place, :, first], frames[place, :, second] = (
+            along * signs[0] * reverse,
+            toward * signs[1] * reverse,
+        )
         third = 3 - first - second
-        frames[place, :, third] = np.cross(frames[place, :, (third + 1) % 3], frames[place, :, (third + 2) % 3])
+        frames[place, :, third] = np.cross(
+            frames[place, :, (third + 1) % 3], frames[place, :, (third + 2) % 3]
+        )
     return frames

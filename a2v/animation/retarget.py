@@ -32,17 +32,21 @@ class RetargetSettings:
     raw : bool
         Skip the contact clean-up: feet may slide and sink as they do in the motion.
     align : bool
-        Turn and move the motion so that in the first frame the person stands at x = z = 0 and faces +z.
+        Turn and move the motion so that in the first frame the person stands at x = z = 0 and faces
+        +z.
     level : {"auto", "always", "never"}
-        Whether to turn the motion upright by balance (`upright_rotmat`). "auto" does so for data sets that were reconstructed
-        from tilted cameras (HumanAct12, NTU-VIBE) and trusts the vertical of motion capture.
+        Whether to turn the motion upright by balance (`upright_rotmat`). "auto" does so for data
+        sets that were reconstructed from tilted cameras (HumanAct12, NTU-VIBE) and trusts the
+        vertical of motion capture.
     steps : {"auto", "always", "never"}
-        Whether feet may stand on steps, whose heights are found (`a2v.kinematics.planting.steps_under`); "auto" where the motion
-        says that it goes up (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
+        Whether feet may stand on steps, whose heights are found
+        (`a2v.kinematics.planting.steps_under`); "auto" where the motion says that it goes up
+        (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
     limits : bool
         Keep joints within a human's range.
     smoothing : float
-        Width (standard deviation) in seconds of the symmetric Gaussian over the motion's joints; no lag. 0 for none.
+        Width (standard deviation) in seconds of the symmetric Gaussian over the motion's joints; no
+        lag. 0 for none.
     twist_smoothing : float
         Time constant in seconds of the smoothing of the limbs' twist.
     contacts : ContactSettings
@@ -50,7 +54,8 @@ class RetargetSettings:
     clear_arms : bool
         Keep arms out of the trunk and the thighs (`a2v.animation.clearance`); not with `raw`.
     from_photo : bool
-        Begin in the body's own pose, which is the photo's, and go over into the motion (`a2v.animation.entrance`).
+        Begin in the body's own pose, which is the photo's, and go over into the motion
+        (`a2v.animation.entrance`).
     life : LifeSettings
         Hands, gaze, breath and sway, which a motion's joints don't say (`a2v.animation.life`).
     """
@@ -68,19 +73,24 @@ class RetargetSettings:
     life: LifeSettings = field(default_factory=LifeSettings)
 
 
-def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = RetargetSettings()) -> FloatArray:
+def retarget(
+    motion: Motion, body: Body, *, settings: RetargetSettings = RetargetSettings()
+) -> FloatArray:
     """Move a body's rig as a motion's joints move.
 
-    Pelvis and chest are oriented by hips, spine and shoulders, the bend between them is shared out over the spine;
-    arms, legs, feet, neck and hands take the motion's bone directions exactly; the twist of a limb comes from the plane
-    of its bent elbow or knee (feet help straight legs) and fades to an untwisted reference, smoothly over time, where the
-    limb is straight. The path over the ground is scaled by the ratio of leg lengths. Unless ``settings.raw``, foot contacts
-    are found, locked and put on the ground (`clean_contacts`) and arms kept out of the trunk (`clear_arms`).
+    Pelvis and chest are oriented by hips, spine and shoulders, the bend between them is shared out
+    over the spine; arms, legs, feet, neck and hands take the motion's bone directions exactly; the
+    twist of a limb comes from the plane of its bent elbow or knee (feet help straight legs) and
+    fades to an untwisted reference, smoothly over time, where the limb is straight. The path over
+    the ground is scaled by the ratio of leg lengths. Unless ``settings.raw``, foot contacts are
+    found, locked and put on the ground (`clean_contacts`) and arms kept out of the trunk
+    (`clear_arms`).
 
     Parameters
     ----------
     motion : Motion
-        One clip, T frames, any skeleton whose joints `canonical_joints` recognises; any unit of length.
+        One clip, T frames, any skeleton whose joints `canonical_joints` recognises; any unit of
+        length.
     body : Body
         Its rest pose stands upright and faces +z.
     settings : RetargetSettings
@@ -97,14 +107,21 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     """
     for name in ("level", "steps"):
         if getattr(settings, name) not in ("auto", "always", "never"):
-            raise InputError(f"{name} is '{getattr(settings, name)}'; choose from auto, always, never")
+            raise InputError(
+                f"{name} is '{getattr(settings, name)}'; choose from auto, always, never"
+            )
     rig = rig_of(body)
     source = {**detail_joints(motion), **source_joints(motion)}
     if settings.smoothing > 0:
-        source = {name: smoothed(points, settings.smoothing * motion.fps) for name, points in source.items()}
+        source = {
+            name: smoothed(points, settings.smoothing * motion.fps)
+            for name, points in source.items()
+        }
     scale = rig.leg_length / source_leg_length(source)
     source = {name: points * scale for name, points in source.items()}
-    if settings.level == "always" or (settings.level == "auto" and motion.skeleton in ("humanact12", "ntu_vibe")):
+    if settings.level == "always" or (
+        settings.level == "auto" and motion.skeleton in ("humanact12", "ntu_vibe")
+    ):
         rotmat = upright_rotmat(source, motion.fps)
         source = {name: points @ rotmat.T for name, points in source.items()}
     if settings.align:
@@ -112,14 +129,23 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     steps = _steps(source, motion.fps) if has_steps(motion, settings) else None
     posture = standing_posture(motion)
     source = swayed(straightened(source, posture, rig), motion.fps, settings.life)
-    task = Task(source=source, rig=rig, posture=posture, fps=motion.fps, limits=settings.limits, twist_smoothing=settings.twist_smoothing)
+    task = Task(
+        source=source,
+        rig=rig,
+        posture=posture,
+        fps=motion.fps,
+        limits=settings.limits,
+        twist_smoothing=settings.twist_smoothing,
+    )
     transforms = _assemble(orient_bones(task), middle(source, "hip"), rig)
     if settings.raw:
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
         before = transforms[:, 0, 1, 3]
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts, steps)
-        transforms[..., 1, 3] += (share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3]))[:, None]
+        transforms[..., 1, 3] += (
+            share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3])
+        )[:, None]
     transforms = enliven(transforms, rig, body.bone_names, motion, settings.life, source)
     if settings.clear_arms and not settings.raw:
         transforms = clear_arms(transforms, rig, motion.fps)
@@ -139,20 +165,27 @@ def _steps(source: dict[str, FloatArray], fps: float) -> FloatArray | None:
     """Heights (2, T) of what the feet of canonical joints (T, 3) stand on; None without toes."""
     if any(f"{side}_foot" not in source for side in SIDES) or len(source["pelvis"]) < 4:
         return None
-    feet = np.stack([np.stack([source[f"{side}_ankle"], source[f"{side}_foot"]], axis=1) for side in SIDES])
+    feet = np.stack(
+        [np.stack([source[f"{side}_ankle"], source[f"{side}_foot"]], axis=1) for side in SIDES]
+    )
     return steps_under(feet, source["pelvis"], fps)[0]
 
 
 def _assemble(rotmats: FloatArray, hips: FloatArray, rig: Rig) -> FloatArray:
-    """World transforms (T, B, 4, 4) from the bones' rotations (T, B, 3, 3) from rest and the path of the middle of the hips (T, 3)."""
+    """World transforms (T, B, 4, 4) from the bones' rotations (T, B, 3, 3) from rest and the path
+    of the middle of the hips (T, 3)."""
     frames, count = rotmats.shape[:2]
     transforms = np.zeros((frames, count, 4, 4))
     transforms[..., 3, 3] = 1
     transforms[..., :3, :3] = rotmats @ rig.rest
     for bone, parent in enumerate(rig.parents):
         if parent >= 0:
-            transforms[:, bone, :3, 3] = transforms[:, parent, :3, 3] + rotmats[:, parent] @ (rig.heads[bone] - rig.heads[parent])
-    now = 0.5 * (transforms[:, rig.bones["left_hip"], :3, 3] + transforms[:, rig.bones["right_hip"], :3, 3])
+            transforms[:, bone, :3, 3] = transforms[:, parent, :3, 3] + rotmats[:, parent] @ (
+                rig.heads[bone] - rig.heads[parent]
+            )
+    now = 0.5 * (
+        transforms[:, rig.bones["left_hip"], :3, 3] + transforms[:, rig.bones["right_hip"], :3, 3]
+    )
     transforms[..., :3, 3] += (hips - now)[:, None]
     return transforms
 

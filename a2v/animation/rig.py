@@ -1,4 +1,5 @@
-"""A body's rig as retargeting sees it: canonical joints, chains of bones between them, points under the soles."""
+"""A body's rig as retargeting sees it: canonical joints, chains of bones between them, points under
+the soles."""
 
 from __future__ import annotations
 
@@ -31,13 +32,16 @@ class Rig:
     rest : (B, 3, 3) float64
         Rest orientations (world from bone).
     joints : dict of str to (3,) float64
-        Canonical joints in the rest pose; ``left_foot`` is the ball of the foot, ``left_hand`` the knuckles.
+        Canonical joints in the rest pose; ``left_foot`` is the ball of the foot, ``left_hand`` the
+        knuckles.
     chains : dict of str to list of int
-        Bones from one joint to the next: ``spine`` (above the pelvis up to below the neck), ``neck`` (from the neck to
-        below the head), ``left_collar`` (from the chest to below the shoulder), ``left_shoulder`` (upper arm),
-        ``left_elbow`` (forearm), ``left_hip`` (thigh), ``left_knee`` (shin) and their right twins.
+        Bones from one joint to the next: ``spine`` (above the pelvis up to below the neck),
+        ``neck`` (from the neck to below the head), ``left_collar`` (from the chest to below the
+        shoulder), ``left_shoulder`` (upper arm), ``left_elbow`` (forearm), ``left_hip`` (thigh),
+        ``left_knee`` (shin) and their right twins.
     soles : dict of str to (toe (K,) bool, points (K, 3))
-        Points all over each foot (``left``, ``right``) in the frame of the foot's bone, and whether they bend with the toes.
+        Points all over each foot (``left``, ``right``) in the frame of the foot's bone, and whether
+        they bend with the toes.
     skin : (bones (K,), points (K, 3))
         Points all over the body's surface in the frames of their bones.
     skin_normals : (K, 3)
@@ -57,7 +61,14 @@ class Rig:
     @property
     def leg_length(self) -> float:
         """Mean length of thigh plus shin, metres."""
-        return float(np.mean([self.length(f"{s}_hip", f"{s}_knee") + self.length(f"{s}_knee", f"{s}_ankle") for s in SIDES]))
+        return float(
+            np.mean(
+                [
+                    self.length(f"{s}_hip", f"{s}_knee") + self.length(f"{s}_knee", f"{s}_ankle")
+                    for s in SIDES
+                ]
+            )
+        )
 
     def length(self, a: str, b: str) -> float:
         """Distance of two canonical joints at rest, metres."""
@@ -98,19 +109,45 @@ def rig_of(body: Body) -> Rig:
     above = set(chains["spine"]) | {pelvis}
     for side in SIDES:
         path = _between(parents, -1, bones[f"{side}_shoulder"])
-        chains[f"{side}_collar"] = [bone for bone in path if bone not in above and bone >= 0 and bone not in _between(parents, -1, pelvis)]
-        for start, end in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle")):
-            chains[f"{side}_{start}"] = _between(parents, bones[f"{side}_{start}"], bones[f"{side}_{end}"])
+        chains[f"{side}_collar"] = [
+            bone
+            for bone in path
+            if bone not in above and bone >= 0 and bone not in _between(parents, -1, pelvis)
+        ]
+        for start, end in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+        ):
+            chains[f"{side}_{start}"] = _between(
+                parents, bones[f"{side}_{start}"], bones[f"{side}_{end}"]
+            )
     owner = body.weights.argmax(axis=1)
     inverse = np.linalg.inv(body.bone_transforms.astype(np.float64))
     turn, shift = inverse[owner, :3, :3], inverse[owner, :3, 3]
     local = np.einsum("vab,vb->va", turn, body.vertices.astype(np.float64)) + shift
-    soles = {side: _sole(parents, bones[f"{side}_ankle"], owner, local, body.rest_transforms) for side in SIDES}
+    soles = {
+        side: _sole(parents, bones[f"{side}_ankle"], owner, local, body.rest_transforms)
+        for side in SIDES
+    }
     step = max(1, len(owner) // 1500)
     skin = (owner[::step], local[::step])
-    normals = np.einsum("vab,vb->va", turn[::step], vertex_normals(body.vertices, body.faces)[::step])
+    normals = np.einsum(
+        "vab,vb->va", turn[::step], vertex_normals(body.vertices, body.faces)[::step]
+    )
     rest = body.rest_transforms[:, :3, :3].astype(np.float64)
-    return Rig(bones=bones, parents=parents, heads=heads, rest=rest, joints=joints, chains=chains, soles=soles, skin=skin, skin_normals=normals)
+    return Rig(
+        bones=bones,
+        parents=parents,
+        heads=heads,
+        rest=rest,
+        joints=joints,
+        chains=chains,
+        soles=soles,
+        skin=skin,
+        skin_normals=normals,
+    )
 
 
 def joints_of(transforms: FloatArray, rig: Rig) -> dict[str, FloatArray]:
@@ -119,7 +156,9 @@ def joints_of(transforms: FloatArray, rig: Rig) -> dict[str, FloatArray]:
     for name, bone in rig.bones.items():
         base = bone
         if name in ("left_foot", "right_foot"):
-            base = rig.bones[name.replace("foot", "ankle")]  # the ball of the foot moves with the foot's bone
+            base = rig.bones[
+                name.replace("foot", "ankle")
+            ]  # the ball of the foot moves with the foot's bone
         offset = rig.rest[base].T @ (rig.joints[name] - rig.heads[base])
         out[name] = transforms[:, base, :3, :3] @ offset + transforms[:, base, :3, 3]
     for side in SIDES:
@@ -131,20 +170,27 @@ def joints_of(transforms: FloatArray, rig: Rig) -> dict[str, FloatArray]:
 
 
 def place(points: tuple[IntArray, FloatArray], transforms: FloatArray) -> FloatArray:
-    """World positions (T, K, 3) of `points` (bones, positions in their frames) under transforms (T, B, 4, 4)."""
+    """World positions (T, K, 3) of `points` (bones, positions in their frames) under transforms (T,
+    B, 4, 4)."""
     bones, local = points
     used, back = np.unique(bones, return_inverse=True)
     placed: FloatArray = np.zeros((len(transforms), len(bones), 3))
     for k, bone in enumerate(used):  # few bones carry many points
         mine = back == k
-        placed[:, mine] = local[mine] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2) + transforms[:, bone, None, :3, 3]
+        placed[:, mine] = (
+            local[mine] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2)
+            + transforms[:, bone, None, :3, 3]
+        )
     return placed
 
 
 def sole_points(transforms: FloatArray, rig: Rig, side: str) -> FloatArray:
     """World positions (T, K, 3) of a foot's points with straight toes."""
     bone = rig.bones[f"{side}_ankle"]
-    points: FloatArray = rig.soles[side][1] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2) + transforms[:, bone, None, :3, 3]
+    points: FloatArray = (
+        rig.soles[side][1] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2)
+        + transforms[:, bone, None, :3, 3]
+    )
     return points
 
 
@@ -162,7 +208,9 @@ def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]
     return path[::-1]
 
 
-def _sole(parents: IntArray, ankle: int, owner: IntArray, local: FloatArray, rest: FloatArray) -> tuple[BoolArray, FloatArray]:
+def _sole(
+    parents: IntArray, ankle: int, owner: IntArray, local: FloatArray, rest: FloatArray
+) -> tuple[BoolArray, FloatArray]:
     """Points all over a foot in its bone's frame, and which of them belong to the toes."""
     inside = np.flatnonzero(np.isin(owner, subtree(parents, ankle)))
     if len(inside) == 0:
@@ -170,14 +218,23 @@ def _sole(parents: IntArray, ankle: int, owner: IntArray, local: FloatArray, res
     bones = owner[inside]
     world = np.einsum("kab,kb->ka", rest[bones, :3, :3], local[inside]) + rest[bones, :3, 3]
     low = world[:, 1] < world[:, 1].min() + 0.02
-    chosen = [np.flatnonzero(low)[:: max(1, int(low.sum()) // 60)], np.flatnonzero(~low)[:: max(1, int((~low).sum()) // 40)]]
-    keep = np.unique(np.concatenate([*chosen, [world[:, 2].argmin(), world[:, 2].argmax(), world[:, 1].argmin()]]))
+    chosen = [
+        np.flatnonzero(low)[:: max(1, int(low.sum()) // 60)],
+        np.flatnonzero(~low)[:: max(1, int((~low).sum()) // 40)],
+    ]
+    keep = np.unique(
+        np.concatenate(
+            [*chosen, [world[:, 2].argmin(), world[:, 2].argmax(), world[:, 1].argmin()]]
+        )
+    )
     base = np.linalg.inv(rest[ankle].astype(np.float64))
     points = world[keep] @ base[:3, :3].T + base[:3, 3]
     return bones[keep] != ankle, points
 
 
-def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: str = "", seed: int = -1) -> Motion:
+def rig_motion(
+    bone_transforms: FloatArray, body: Body, fps: float, *, action: str = "", seed: int = -1
+) -> Motion:
     """The motion of a body's own rig, to be written by `write_bvh`.
 
     Parameters
@@ -190,8 +247,8 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     Returns
     -------
     Motion
-        Joints are the heads of all bones; bones that stand on their parent's head keep their place in the list. Rotations
-        carry the bones' twists.
+        Joints are the heads of all bones; bones that stand on their parent's head keep their place
+        in the list. Rotations carry the bones' twists.
 
     Raises
     ------
@@ -200,7 +257,9 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     """
     count = len(body.bone_names)
     if np.ndim(bone_transforms) != 4 or np.shape(bone_transforms)[1:] != (count, 4, 4):
-        raise InputError(f"bone transforms have shape {np.shape(bone_transforms)}; expected (T, {count}, 4, 4)")
+        raise InputError(
+            f"bone transforms have shape {np.shape(bone_transforms)}; expected (T, {count}, 4, 4)"
+        )
     transforms = np.asarray(bone_transforms, dtype=np.float64)
     rest = body.rest_transforms.astype(np.float64)
     parents = body.bone_parents.astype(np.int64)
@@ -209,9 +268,14 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     skeleton = skeleton_of("custom", parents.tolist(), body.bone_names)
     rotmats = np.tile(np.eye(3), (len(transforms), count, 1, 1))
     to_offset = rotvec_to_rotmat(
-        swing_between(skeleton.rest_directions[1:], np.where(offsets[1:].any(1, keepdims=True), offsets[1:], skeleton.rest_directions[1:]))
+        swing_between(
+            skeleton.rest_directions[1:],
+            np.where(offsets[1:].any(1, keepdims=True), offsets[1:], skeleton.rest_directions[1:]),
+        )
     )
-    rotmats[:, 1:] = from_rest[:, parents[1:]] @ to_offset  # the bone that ends at a joint turns with the joint's parent
+    rotmats[:, 1:] = (
+        from_rest[:, parents[1:]] @ to_offset
+    )  # the bone that ends at a joint turns with the joint's parent
     return Motion(
         joints=transforms[..., :3, 3].astype(np.float32),
         rotations=rotmats_to_chain(rotmats, skeleton).astype(np.float32),

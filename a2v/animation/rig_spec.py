@@ -1,4 +1,5 @@
-"""The rigs of other tools, each a table in ``rigs/``: names, hierarchy, rest pose and axes of the bones."""
+"""The rigs of other tools, each a table in ``rigs/``: names, hierarchy, rest pose and axes of the
+bones."""
 
 from __future__ import annotations
 
@@ -45,17 +46,20 @@ class RigBone:
     parent : str
         Empty for the topmost.
     sources : tuple of str
-        Anny's bones that it stands for, the first of which leads. Bones that no bone of the rig names go with their nearest ancestor that
-        one names.
+        Anny's bones that it stands for, the first of which leads. Bones that no bone of the rig
+        names go with their nearest ancestor that one names.
     at : tuple of str
-        Anny's bones between whose heads its own head is in the rest pose; it moves with the first source. The first source's by default.
+        Anny's bones between whose heads its own head is in the rest pose; it moves with the first
+        source. The first source's by default.
     tail : str
         The rig's bone whose head is the other end; empty for the end that the body model gives.
     direction : str
-        Where the bone points in the rest pose: words such as "left" or "left front" of the person, "ahead" for a foot that keeps its
-        tilt, or empty for the direction that it has in Anny's rest pose.
+        Where the bone points in the rest pose: words such as "left" or "left front" of the person,
+        "ahead" for a foot that keeps its tilt, or empty for the direction that it has in Anny's
+        rest pose.
     toward : str
-        Where the second axis (`RigSpec.toward`) points in the rest pose, as near as the first lets it.
+        Where the second axis (`RigSpec.toward`) points in the rest pose, as near as the first lets
+        it.
     """
 
     name: str
@@ -94,8 +98,8 @@ class RigSpec:
     rest : str
         "T" or "A" (Anny's own rest pose, arms 45 degrees down).
     along, toward : str
-        Axes of the bones such as "+y": the one along the bone, and the one that `RigBone.toward` aims. Empty for axes that are the
-        world's in the rest pose.
+        Axes of the bones such as "+y": the one along the bone, and the one that `RigBone.toward`
+        aims. Empty for axes that are the world's in the rest pose.
     mirrored : bool
         Bones of the right side have both axes reversed.
     root : str
@@ -128,7 +132,11 @@ class RigSpec:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all bones, the root first, the ends last."""
-        return (*([self.root] if self.root else []), *(bone.name for bone in self.bones), *(end.name for end in self.ends))
+        return (
+            *([self.root] if self.root else []),
+            *(bone.name for bone in self.bones),
+            *(end.name for end in self.ends),
+        )
 
 
 @cache
@@ -160,8 +168,11 @@ def load_rig(name: str) -> RigSpec:
 
 
 def _read_table(name: str) -> dict[str, Any]:
-    """The JSON of a rig. One that is ``like`` another has its bones under names without a ``prefix``, with ``capitals``, and ``more``."""
-    table: dict[str, Any] = json.loads((Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8"))
+    """The JSON of a rig. One that is ``like`` another has its bones under names without a
+    ``prefix``, with ``capitals``, and ``more``."""
+    table: dict[str, Any] = json.loads(
+        (Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8")
+    )
     if "like" not in table:
         return table
     base = _read_table(table.pop("like"))
@@ -171,7 +182,13 @@ def _read_table(name: str) -> dict[str, Any]:
         stem = text.removeprefix(prefix)
         return stem[:1].upper() + stem[1:] if capitals else stem
 
-    rows = [{key: named(value) if key in ("name", "parent", "tail") else value for key, value in row.items()} for row in base["bones"]]
+    rows = [
+        {
+            key: named(value) if key in ("name", "parent", "tail") else value
+            for key, value in row.items()
+        }
+        for row in base["bones"]
+    ]
     root = named(base["root"])
     ends = {named(end): named(parent) for end, parent in base.get("ends", {}).items()}
     return base | {"bones": [*rows, *table.pop("more", [])], "ends": ends, "root": root} | table

@@ -19,7 +19,8 @@ ROOT_NAME = "Root"
 
 
 def ground_trajectory_of(bone_transforms: FloatArray, body: Body) -> GroundTrajectory:
-    """Where the topmost bone is over the ground, and the heading by hips and shoulders, of bones (T, B, 4, 4) of `body`.
+    """Where the topmost bone is over the ground, and the heading by hips and shoulders, of bones
+    (T, B, 4, 4) of `body`.
 
     Raises
     ------
@@ -27,7 +28,9 @@ def ground_trajectory_of(bone_transforms: FloatArray, body: Body) -> GroundTraje
         The body's bones do not say where its hips and shoulders are.
     """
     places = np.asarray(bone_transforms, dtype=np.float64)[..., :3, 3]
-    return trajectory_of(places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'")
+    return trajectory_of(
+        places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'"
+    )
 
 
 def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> FloatArray:
@@ -50,11 +53,15 @@ def add_root(character: Character, name: str = ROOT_NAME) -> Character:
     body = dataclasses.replace(
         body,
         bone_names=(name, *body.bone_names),
-        bone_parents=np.concatenate([[-1], np.where(body.bone_parents < 0, 0, body.bone_parents + 1)]),
+        bone_parents=np.concatenate(
+            [[-1], np.where(body.bone_parents < 0, 0, body.bone_parents + 1)]
+        ),
         bone_transforms=np.concatenate([above, body.bone_transforms]),
         rest_transforms=np.concatenate([above, body.rest_transforms]),
         bone_tails=np.concatenate([np.array([[0, 0, 0.2]], np.float32), body.bone_tails]),
-        weights=np.concatenate([np.zeros((len(body.weights), 1), np.float32), body.weights], axis=1),
+        weights=np.concatenate(
+            [np.zeros((len(body.weights), 1), np.float32), body.weights], axis=1
+        ),
     )
     return dataclasses.replace(character, body=body, bones=character.bones + np.int32(1))
 
@@ -76,9 +83,11 @@ def prepare_rig(
     rig : str
         One of `a2v.animation.rig_spec.RIGS`.
     root_motion : bool
-        The root carries the travel and the heading, without the sway of steps; the hips the rest. A rig without a root gets one.
+        The root carries the travel and the heading, without the sway of steps; the hips the rest. A
+        rig without a root gets one.
     visemes : str
-        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets besides; the rig's own where empty.
+        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets besides; the rig's own where
+        empty.
 
     Raises
     ------
@@ -86,11 +95,16 @@ def prepare_rig(
         Unknown rig or visemes, or a body of other bones than the rig is made of.
     """
     paths = (
-        {name: ground_trajectory_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()}
+        {
+            name: ground_trajectory_of(moves, character.body).smooth(fps).transforms()
+            for name, (moves, fps) in clips.items()
+        }
         if root_motion
         else {}
     )
-    made = {name: (np.asarray(moves, dtype=np.float64), fps) for name, (moves, fps) in clips.items()}
+    made = {
+        name: (np.asarray(moves, dtype=np.float64), fps) for name, (moves, fps) in clips.items()
+    }
     rooted = False
     if rig != OWN_RIG:
         spec = load_rig(rig)
@@ -104,5 +118,8 @@ def prepare_rig(
     if root_motion:
         if not rooted:
             character = add_root(character)
-        made = {name: (np.concatenate([paths[name][:, None], moves[:, int(rooted) :]], axis=1), fps) for name, (moves, fps) in made.items()}
+        made = {
+            name: (np.concatenate([paths[name][:, None], moves[:, int(rooted) :]], axis=1), fps)
+            for name, (moves, fps) in made.items()
+        }
     return character, made

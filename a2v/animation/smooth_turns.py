@@ -16,18 +16,22 @@ _CHANGES = 6
 """Times that it is looked at which half-spaces count, at most."""
 
 
-def smooth_turns(slopes: FloatArray, missing: FloatArray, turned: FloatArray, fps: float) -> FloatArray:
+def smooth_turns(
+    slopes: FloatArray, missing: FloatArray, turned: FloatArray, fps: float
+) -> FloatArray:
     """Turns that move points as far as they have to go, near those of now.
 
-    The least squares of what points miss, of the turns and of their second differences over time; a half-space counts where its point is
-    not yet out, which is looked at again with the turns that are found (an active set). One banded system for all frames.
+    The least squares of what points miss, of the turns and of their second differences over time; a
+    half-space counts where its point is not yet out, which is looked at again with the turns that
+    are found (an active set). One banded system for all frames.
 
     Parameters
     ----------
     slopes : (T, M, C) float64
         How far each of M points moves for each of C turns, metres a radian.
     missing : (T, M) float64
-        How far each has to move from where it is with the turns of now, metres; negative where it is out.
+        How far each has to move from where it is with the turns of now, metres; negative where it
+        is out.
     turned : (T, C) float64
         The turns of now, radians.
     fps : float
@@ -66,7 +70,9 @@ def _smoothness(frames: int, count: int, weight: float) -> FloatArray:
         for first in range(3):
             for second in range(first, 3):
                 at = (begin + first) * count
-                bands[(second - first) * count, at : at + count] += weight * _DIFFERENCE[first] * _DIFFERENCE[second]
+                bands[(second - first) * count, at : at + count] += (
+                    weight * _DIFFERENCE[first] * _DIFFERENCE[second]
+                )
     return bands
 
 

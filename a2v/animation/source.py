@@ -21,7 +21,9 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
         A batch, or a skeleton without a person's joints.
     """
     if motion.batch:
-        raise InputError(f"retarget takes one clip; this Motion is a batch of shape {motion.batch}: index it first")
+        raise InputError(
+            f"retarget takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+        )
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
     if missing := missing_joints(found):
         raise InputError(
@@ -32,10 +34,12 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
 
 
 def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
-    """Rotation (3, 3) that makes a standing person balanced, for motions whose vertical leans with the camera.
+    """Rotation (3, 3) that makes a standing person balanced, for motions whose vertical leans with
+    the camera.
 
-    Whoever stands still has the centre of mass over the feet: the mean direction from the feet to the centre of mass over
-    upright frames in which the hips hardly move, turned to +y. At most 20 degrees; the identity without such frames.
+    Whoever stands still has the centre of mass over the feet: the mean direction from the feet to
+    the centre of mass over upright frames in which the hips hardly move, turned to +y. At most 20
+    degrees; the identity without such frames.
 
     Parameters
     ----------
@@ -45,11 +49,27 @@ def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
     """
     hips, shoulders = middle(source, "hip"), middle(source, "shoulder")
     ankles = middle(source, "ankle")
-    feet = 0.4 * ankles + 0.6 * middle(source, "foot") if "left_foot" in source and "right_foot" in source else ankles
+    feet = (
+        0.4 * ankles + 0.6 * middle(source, "foot")
+        if "left_foot" in source and "right_foot" in source
+        else ankles
+    )
     lean = 0.6 * hips + 0.4 * shoulders - feet
-    speed = np.linalg.norm(np.gradient(hips, axis=0), axis=-1) * fps if len(hips) > 1 else np.zeros(len(hips))
-    legs = np.mean([np.linalg.norm(source[f"{side}_hip"] - source[f"{side}_ankle"], axis=-1) for side in SIDES], axis=0)
-    upright = (legs > 0.85 * source_leg_length(source)) & (unit(lean)[:, 1] > np.cos(np.deg2rad(35)))
+    speed = (
+        np.linalg.norm(np.gradient(hips, axis=0), axis=-1) * fps
+        if len(hips) > 1
+        else np.zeros(len(hips))
+    )
+    legs = np.mean(
+        [
+            np.linalg.norm(source[f"{side}_hip"] - source[f"{side}_ankle"], axis=-1)
+            for side in SIDES
+        ],
+        axis=0,
+    )
+    upright = (legs > 0.85 * source_leg_length(source)) & (
+        unit(lean)[:, 1] > np.cos(np.deg2rad(35))
+    )
     still = np.exp(-((speed / 0.4) ** 2)) * upright
     if still.sum() < 0.25 * fps and still.sum() < 0.3 * len(hips):
         return np.eye(3)
@@ -60,8 +80,13 @@ def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
 
 
 def heading_rotmat(source: dict[str, FloatArray]) -> FloatArray:
-    """Rotation (3, 3) about y that makes the first frame face +z, by hips and shoulders; `source`: canonical joints (T, 3)."""
-    across = source["left_hip"][0] - source["right_hip"][0] + 0.5 * (source["left_shoulder"][0] - source["right_shoulder"][0])
+    """Rotation (3, 3) about y that makes the first frame face +z, by hips and shoulders; `source`:
+    canonical joints (T, 3)."""
+    across = (
+        source["left_hip"][0]
+        - source["right_hip"][0]
+        + 0.5 * (source["left_shoulder"][0] - source["right_shoulder"][0])
+    )
     yaw = 0.0 if np.hypot(across[0], across[2]) < 1e-9 else float(np.arctan2(across[2], across[0]))
     return rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))
 
@@ -81,14 +106,22 @@ def source_leg_length(source: dict[str, FloatArray]) -> float:
     total = 0.0
     for side in SIDES:
         for a, b in (("hip", "knee"), ("knee", "ankle")):
-            total += float(np.median(np.linalg.norm(source[f"{side}_{b}"] - source[f"{side}_{a}"], axis=-1))) / 2
+            total += (
+                float(
+                    np.median(
+                        np.linalg.norm(source[f"{side}_{b}"] - source[f"{side}_{a}"], axis=-1)
+                    )
+                )
+                / 2
+            )
     if total <= 1e-9:
         raise InputError("the motion's legs have no length; check its joints")
     return total
 
 
 def aligned(source: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3), turned about y and moved so that frame 0 faces +z above the origin."""
+    """Canonical joints (T, 3), turned about y and moved so that frame 0 faces +z above the
+    origin."""
     rotmat = heading_rotmat(source)
     start = 0.5 * (source["left_hip"][0] + source["right_hip"][0]) * np.array([1.0, 0, 1])
     return {name: (points - start) @ rotmat.T for name, points in source.items()}

@@ -46,7 +46,8 @@ class Task:
         return len(self.source["pelvis"])
 
     def limited(self, rotmats: FloatArray, joint: str) -> FloatArray:
-        """Rotations (T, 3, 3) from rest of a joint of `LIMITS`, kept within its range where `limits` says so."""
+        """Rotations (T, 3, 3) from rest of a joint of `LIMITS`, kept within its range where
+        `limits` says so."""
         return limited(rotmats, LIMITS[joint]) if self.limits else rotmats
 
 

@@ -1,8 +1,11 @@
-"""Shapes of the mouth while it speaks, made of ARKit's expressions: Oculus' 15 visemes, as programs name them.
+"""Shapes of the mouth while it speaks, made of ARKit's expressions: Oculus' 15 visemes, as programs
+name them.
 
-``visemes.csv`` has them, with the sounds of each and how these are articulated: place and manner of consonants, height, frontness and
-rounding of vowels, as on the chart of the International Phonetic Association. The grouping of sounds is that of Oculus' reference. The
-strengths are ours: the jaw is lower for opener vowels, lips are rounded or spread as the vowel is, and where lips or teeth touch, they do.
+``visemes.csv`` has them, with the sounds of each and how these are articulated: place and manner of
+consonants, height, frontness and rounding of vowels, as on the chart of the International Phonetic
+Association. The grouping of sounds is that of Oculus' reference. The strengths are ours: the jaw is
+lower for opener vowels, lips are rounded or spread as the vowel is, and where lips or teeth touch,
+they do.
 """
 
 from __future__ import annotations
@@ -36,11 +39,15 @@ def visemes(naming: str) -> Mapping[str, Mapping[str, float]]:
     with open(Path(__file__).with_name("visemes.csv"), encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     parts = {row[naming]: row["shapes"].split() for row in rows if row[naming]}
-    return {name: dict(zip(words[::2], map(float, words[1::2]), strict=True)) for name, words in parts.items()}
+    return {
+        name: dict(zip(words[::2], map(float, words[1::2]), strict=True))
+        for name, words in parts.items()
+    }
 
 
 def add_visemes(character: Character, naming: str) -> Character:
-    """A character whose face has the shapes of `naming` after its own; without a face it stays as it is.
+    """A character whose face has the shapes of `naming` after its own; without a face it stays as
+    it is.
 
     Raises
     ------
@@ -50,18 +57,29 @@ def add_visemes(character: Character, naming: str) -> Character:
     shapes, face = visemes(naming), character.surface.face
     if face is None:
         return character
-    return dataclasses.replace(character, surface=dataclasses.replace(character.surface, face=_with_shapes(face, shapes)))
+    return dataclasses.replace(
+        character, surface=dataclasses.replace(character.surface, face=_with_shapes(face, shapes))
+    )
 
 
 def _with_shapes(face: Face, shapes: Mapping[str, Mapping[str, float]]) -> Face:
     """A face with further shapes, each made of those that it has."""
-    known = {name: {part: strength for part, strength in parts.items() if part in face.names} for name, parts in shapes.items()}
-    made = {name: face.mixed(strengths) for name, strengths in known.items() if name not in face.names}
+    known = {
+        name: {part: strength for part, strength in parts.items() if part in face.names}
+        for name, parts in shapes.items()
+    }
+    made = {
+        name: face.mixed(strengths) for name, strengths in known.items() if name not in face.names
+    }
     counts = [len(vertices) for vertices, _ in made.values()]
     return dataclasses.replace(
         face,
         names=(*face.names, *made),
         starts=np.concatenate([face.starts, face.starts[-1] + np.cumsum(counts)]).astype(np.int32),
-        vertices=np.concatenate([face.vertices, *(vertices for vertices, _ in made.values())]).astype(np.int32),
-        offsets=np.concatenate([face.offsets, *(offsets for _, offsets in made.values())]).astype(np.float32),
+        vertices=np.concatenate(
+            [face.vertices, *(vertices for vertices, _ in made.values())]
+        ).astype(np.int32),
+        offsets=np.concatenate([face.offsets, *(offsets for _, offsets in made.values())]).astype(
+            np.float32
+        ),
     )

@@ -1,4 +1,5 @@
-"""Body models (Anny by default), their parts and landmarks, pose priors, and the fit of a body to a person.
+"""Body models (Anny by default), their parts and landmarks, pose priors, and the fit of a body to a
+person.
 
 Everything heavy (torch, anny) is imported when first used.
 """

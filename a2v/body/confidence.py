@@ -16,7 +16,8 @@ from a2v.types import FloatArray
 
 @dataclass(frozen=True)
 class Suspicion:
-    """Thresholds at which a fit to a photo looks wrong. Distances of landmarks are relative to the person's height.
+    """Thresholds at which a fit to a photo looks wrong. Distances of landmarks are relative to the
+    person's height.
 
     Attributes
     ----------
@@ -27,9 +28,11 @@ class Suspicion:
     overlap : float
         Intersection over union of the silhouettes below which the fit looks wrong.
     other_landmarks : float
-        The same below which the landmarks are taken to be wrong even if the body agrees with them: no skirt is wide enough to explain it.
+        The same below which the landmarks are taken to be wrong even if the body agrees with them:
+        no skirt is wide enough to explain it.
     uneasy_mean, uneasy_overlap : float
-        A fit looks wrong as well if the mean distance is over the first and the overlap is below the second. A skirt changes the overlap alone.
+        A fit looks wrong as well if the mean distance is over the first and the overlap is below
+        the second. A skirt changes the overlap alone.
     """
 
     mean: float = 0.02
@@ -43,16 +46,19 @@ class Suspicion:
 SUSPICION = Suspicion()
 """Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
 DOUBTFUL = 0.15
-"""Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
-off by 37 cm in the mean, the others by 6 (25 and 9 without a body map)."""
+"""Metres that a limb is expected to be off in depth from which on the user is told. On the photos
+that the coefficients come from such limbs were off by 37 cm in the mean, the others by 6 (25 and 9
+without a body map)."""
 
 FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
-"""What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its own extent in depth, metres; what the silhouettes
-do not share; and the logarithm of the error that the body map expects, relative to the height (0 without a map)."""
+"""What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its
+own extent in depth, metres; what the silhouettes do not share; and the logarithm of the error that
+the body map expects, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
 _WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
-"""Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on studio photographs, without a body map on the 18 of the
-benchmark's panel for development, with one on 58 of people and clips that its network never saw (docs/research/fitting.md)."""
+"""Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on
+studio photographs, without a body map on the 18 of the benchmark's panel for development, with one
+on 58 of people and clips that its network never saw (docs/research/fitting.md)."""
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
@@ -67,11 +73,20 @@ def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
 
 def _is_off(residuals: Mapping[str, Any]) -> bool:
     """Whether landmarks are too far off for what the silhouettes share."""
-    uneasy = residuals["keypoint_mean"] > SUSPICION.uneasy_mean and residuals.get("silhouette_iou", 1.0) < SUSPICION.uneasy_overlap
-    return bool(uneasy or residuals["keypoint_mean"] > SUSPICION.mean or residuals["keypoint_max"] > SUSPICION.largest)
+    uneasy = (
+        residuals["keypoint_mean"] > SUSPICION.uneasy_mean
+        and residuals.get("silhouette_iou", 1.0) < SUSPICION.uneasy_overlap
+    )
+    return bool(
+        uneasy
+        or residuals["keypoint_mean"] > SUSPICION.mean
+        or residuals["keypoint_max"] > SUSPICION.largest
+    )
 
 
-def limb_features(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, FloatArray]:
+def limb_features(
+    landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float
+) -> dict[str, FloatArray]:
     """The `FEATURES` (8,) of each limb of a fit; see `limb_errors`."""
     trunk = list(TRUNK)
     own = landmarks[:, 2] - landmarks[trunk, 2].mean()
@@ -84,16 +99,22 @@ def limb_features(landmarks: FloatArray, evidence: Evidence, scale: float, overl
     found = {}
     for limb, places in LIMBS.items():
         side, _, kind = limb.rpartition("_")
-        chain = {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.get(kind, ())
+        chain = {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.get(
+            kind, ()
+        )
         depths = [landmarks[LANDMARK_INDEX[f"{side}_{joint}"], 2] for joint in chain]
         extent = float(np.abs(np.diff(depths)).sum()) if depths else 0.0
         kinds = [float(kind == name) for name in ("head", "arm", "leg")]
         rows = list(places)
-        found[limb] = np.array([1.0, *kinds, told[rows].mean(), extent, 1 - overlap, unsure[rows].mean()])
+        found[limb] = np.array(
+            [1.0, *kinds, told[rows].mean(), extent, 1 - overlap, unsure[rows].mean()]
+        )
     return found
 
 
-def limb_errors(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, float]:
+def limb_errors(
+    landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float
+) -> dict[str, float]:
     """How far each limb is expected to be off in depth, relative to the trunk, metres.
 
     Parameters
@@ -108,18 +129,33 @@ def limb_errors(landmarks: FloatArray, evidence: Evidence, scale: float, overlap
     """
     factors = _WITHOUT_MAP if evidence.depth_scales is None else _WITH_MAP
     found = limb_features(landmarks, evidence, scale, overlap)
-    return {limb: max(0.0, float(np.exp(features @ factors)) - 0.02) for limb, features in found.items()}
+    return {
+        limb: max(0.0, float(np.exp(features @ factors)) - 0.02) for limb, features in found.items()
+    }
 
 
 def doubts(residuals: Mapping[str, Any]) -> list[str]:
-    """What the user should know of a fit: at most one sentence on what was not understood, and what to do."""
+    """What the user should know of a fit: at most one sentence on what was not understood, and what
+    to do."""
     if looks_wrong(residuals):
         worst = max(residuals["keypoints"], key=residuals["keypoints"].get).replace("_", " ")
-        overlap = f"the silhouettes share {100 * residuals['silhouette_iou']:.0f} %, " if "silhouette_iou" in residuals else ""
+        overlap = (
+            f"the silhouettes share {100 * residuals['silhouette_iou']:.0f} %, "
+            if "silhouette_iou" in residuals
+            else ""
+        )
         found = f"{overlap}the {worst} is {100 * residuals['keypoint_max']:.0f} % of the height off"
-        return [f"the pose was not understood ({found}): expect a wrong shape; try another photo, or give --mask and --keypoints"]
-    limbs = [limb.replace("_", " ") for limb, error in residuals.get("limb_errors", {}).items() if error > DOUBTFUL]
+        return [
+            f"the pose was not understood ({found}): expect a wrong shape; try another photo, or give --mask and --keypoints"
+        ]
+    limbs = [
+        limb.replace("_", " ")
+        for limb, error in residuals.get("limb_errors", {}).items()
+        if error > DOUBTFUL
+    ]
     if limbs:
         names = f"{', '.join(limbs[:-1])} and {limbs[-1]}" if len(limbs) > 1 else limbs[0]
-        return [f"how far to the front or the back the {names} reaches is unsure; a second photo of the same person from the side tells more (--photo once more)"]
+        return [
+            f"how far to the front or the back the {names} reaches is unsure; a second photo of the same person from the side tells more (--photo once more)"
+        ]
     return []

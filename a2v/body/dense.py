@@ -1,4 +1,5 @@
-"""Dense evidence: vertices of the body, and where in the photo and how deep each of them is seen (`a2v.types.BodyMap`)."""
+"""Dense evidence: vertices of the body, and where in the photo and how deep each of them is seen
+(`a2v.types.BodyMap`)."""
 
 from __future__ import annotations
 
@@ -15,6 +16,8 @@ _DEPTH = 0.03
 """Expected error of a pixel's depth at which it counts half, relative to the person's height."""
 _ELSEWHERE = 0.03
 """Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
+
+
 @dataclass(frozen=True, eq=False)
 class DenseEvidence:
     """Pixels of a body map, each with the vertex that it shows.
@@ -39,7 +42,14 @@ class DenseEvidence:
 
 
 def gather_dense(
-    found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int, standing: bool = False, unseen: IntArray | None = None
+    found: BodyMap,
+    keypoints: FloatArray,
+    *,
+    height: float,
+    count: int,
+    seed: int,
+    standing: bool = False,
+    unseen: IntArray | None = None,
 ) -> DenseEvidence | None:
     """`count` pixels of a body map, evenly drawn; None where it sees nobody.
 
@@ -47,14 +57,17 @@ def gather_dense(
     ----------
     found : BodyMap
     keypoints : (33, 3)
-        Of the `a2v.types.Subject`: where the map's own landmarks lie elsewhere, the pixels around them count less.
+        Of the `a2v.types.Subject`: where the map's own landmarks lie elsewhere, the pixels around
+        them count less.
     height : float
         The person's standing height, pixels.
     count, seed : int
     standing : bool
-        The person stands upright on straight legs: the fit knows depths better without a map than with it, and they count for nothing.
+        The person stands upright on straight legs: the fit knows depths better without a map than
+        with it, and they count for nothing.
     unseen : (n,) int, optional
-        Landmarks whose depths somebody knows better: those of the pixels around them count for nothing.
+        Landmarks whose depths somebody knows better: those of the pixels around them count for
+        nothing.
     """
     from scipy.spatial import cKDTree
 
@@ -63,7 +76,10 @@ def gather_dense(
         return None
     chosen = np.random.default_rng(seed).permutation(len(rows))[:count]
     rows, columns = rows[chosen], columns[chosen]
-    pixels, depths = found.pixels()[rows, columns].astype(np.float64), found.depths[rows, columns, 0].astype(np.float64)
+    pixels, depths = (
+        found.pixels()[rows, columns].astype(np.float64),
+        found.depths[rows, columns, 0].astype(np.float64),
+    )
     gap = np.linalg.norm(keypoints[:, :2] - found.landmarks[:, :2], axis=1) / (_ELSEWHERE * height)
     _, beside = cKDTree(found.landmarks).query(np.concatenate([pixels, depths[:, None]], axis=1))
     agreed = np.where(keypoints[:, 2] > 0.1, 1 / (1 + gap**2), 1.0)[beside]
@@ -77,5 +93,7 @@ def gather_dense(
         pixels=pixels,
         depths=depths,
         weights=agreed / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
-        depth_weights=deep * agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
+        depth_weights=deep
+        * agreed
+        / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )

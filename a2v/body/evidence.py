@@ -1,4 +1,5 @@
-"""What a photo says about a body: keypoints, depths along the limbs, the mask, and which legs stand."""
+"""What a photo says about a body: keypoints, depths along the limbs, the mask, and which legs
+stand."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from a2v.kinematics.stance import leg_stance
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
-# How far to trust each landmark, chosen by hand: the face and the hands have many, and where they lie on a body is less certain.
+# How far to trust each landmark, chosen by hand: the face and the hands have many, and where they
+# lie on a body is less certain.
 _TRUST = {
     **dict.fromkeys(BLAZEPOSE, 0.4),
     "nose": 0.7,
@@ -40,12 +42,15 @@ _SEGMENTS = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"),
     ("left_ear", "nose"), ("right_ear", "nose"),
 ]  # fmt: skip
-_SIDE_BONES = np.array([[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()])
+_SIDE_BONES = np.array(
+    [[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()]
+)
 """Landmarks (8, 2) at the ends of the limbs' bones."""
 _NAMES = {tuple(ends): name for ends, name in zip(_SIDE_BONES.tolist(), LIMB_BONES, strict=True)}
 """Names of these bones by the landmarks at their ends."""
 _SIDE_SHARE = 0.5
-"""A bone whose side the user has said keeps at least this part of the depth that it is believed to have."""
+"""A bone whose side the user has said keeps at least this part of the depth that it is believed to
+have."""
 _SIDE_LEAST = 0.02
 """And at least this, relative to the height."""
 
@@ -76,8 +81,14 @@ class Told:
         """What is said of a subject; None where nothing is."""
         if subject.given is None and subject.sides is None:
             return None
-        given = np.flatnonzero(subject.given) if subject.given is not None else np.zeros(0, np.int64)
-        signs = subject.sides.astype(np.float64) if subject.sides is not None else np.zeros(len(_SIDE_BONES))
+        given = (
+            np.flatnonzero(subject.given) if subject.given is not None else np.zeros(0, np.int64)
+        )
+        signs = (
+            subject.sides.astype(np.float64)
+            if subject.sides is not None
+            else np.zeros(len(_SIDE_BONES))
+        )
         own = signs != 0
         bones, signs = _SIDE_BONES[own], signs[own]
         depths = np.zeros(len(bones))
@@ -102,7 +113,8 @@ class Evidence:
     ----------
     pixels : (33, 2), confidence : (33,)
     depth : (n,)
-        Depth differences along `segments`, in pixels of the photo (detector's metres times its scale).
+        Depth differences along `segments`, in pixels of the photo (detector's metres times its
+        scale).
     segments : (n, 2) int
     depth_confidence : (n,)
     points : (33, 3) or None
@@ -152,7 +164,8 @@ class Evidence:
 
     @property
     def weights(self) -> FloatArray:
-        """How much each landmark counts (33,): its confidence, and how well it is defined on a body."""
+        """How much each landmark counts (33,): its confidence, and how well it is defined on a
+        body."""
         weights: FloatArray = self.trust * self.confidence * [_TRUST[name] for name in BLAZEPOSE]
         return weights
 
@@ -161,13 +174,16 @@ class Evidence:
         """Pixels (h, w) of the working raster that the photo covers."""
         assert self.mask is not None
         height, width = self.mask.inside.shape
-        u, v = np.meshgrid((np.arange(width) + 0.5) * self.mask.step, (np.arange(height) + 0.5) * self.mask.step)
+        u, v = np.meshgrid(
+            (np.arange(width) + 0.5) * self.mask.step, (np.arange(height) + 0.5) * self.mask.step
+        )
         left, top, right, bottom = self.mask.known
         inside: BoolArray = (u > left) & (u < right) & (v > top) & (v < bottom)
         return inside
 
     def doubted(self, height: float) -> Evidence:
-        """The same with little trust in the detector, for a person of another standing `height`, pixels: its landmarks do not fit the mask."""
+        """The same with little trust in the detector, for a person of another standing `height`,
+        pixels: its landmarks do not fit the mask."""
         nothing = np.zeros_like(self.depth_confidence)
         return dataclasses.replace(
             self,
@@ -181,7 +197,14 @@ class Evidence:
         )
 
     @classmethod
-    def build(cls, *, pixels: FloatArray, confidence: FloatArray, points: FloatArray, mask: MaskField | None) -> Evidence:
+    def build(
+        cls,
+        *,
+        pixels: FloatArray,
+        confidence: FloatArray,
+        points: FloatArray,
+        mask: MaskField | None,
+    ) -> Evidence:
         """From keypoints (33, 2) with confidence (33,), 3D keypoints (33, 3) and the mask."""
         known = np.isfinite(points).all(axis=1) & (confidence > 0.2)
         scale = 0.0
@@ -190,11 +213,16 @@ class Evidence:
             flat = np.where(known[:, None], points[:, :2] * [1.0, -1.0], 0.0)
             scale = best_scale(flat, pixels, weight)
         usable = scale > 1.0
-        segments = np.array([[LANDMARK_INDEX[first], LANDMARK_INDEX[last]] for first, last in _SEGMENTS])
+        segments = np.array(
+            [[LANDMARK_INDEX[first], LANDMARK_INDEX[last]] for first, last in _SEGMENTS]
+        )
         difference = points[segments[:, 1], 2] - points[segments[:, 0], 2]
         depth_known = known[segments].all(axis=1) & usable
         height = TYPICAL_HEIGHT * scale if usable else _height_without_depth(pixels, confidence)
-        legs = [leg_stance(side, pixels, confidence, points if usable else None) for side in ("left", "right")]
+        legs = [
+            leg_stance(side, pixels, confidence, points if usable else None)
+            for side in ("left", "right")
+        ]
         return cls(
             pixels=pixels,
             confidence=confidence,
@@ -233,20 +261,45 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     """
     confidence = np.clip(np.nan_to_num(subject.keypoints[:, 2]), 0, 1).astype(np.float64)
     pixels = np.nan_to_num(subject.keypoints[:, :2]).astype(np.float64)
-    body = np.array([name.split("_", 1)[-1] in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "ear") for name in BLAZEPOSE])
+    body = np.array(
+        [
+            name.split("_", 1)[-1] in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "ear")
+            for name in BLAZEPOSE
+        ]
+    )
     if (confidence[body] > 0.3).sum() < 4:
         found = int((confidence[body] > 0.3).sum())
-        raise InputError(f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo")
+        raise InputError(
+            f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo"
+        )
     left, top, _, _ = subject.crop
     width, height = subject.photo_size
     known = (float(-left), float(-top), float(width - left), float(height - top))
-    field = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
-    evidence = Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)
-    view = believed_view(subject, _box(subject, field), height=evidence.height, tall=settings.height, distance=settings.distance)
+    field = (
+        mask_field(subject.mask, known, size=settings.silhouette_size)
+        if settings.silhouette_weight > 0
+        else None
+    )
+    evidence = Evidence.build(
+        pixels=pixels,
+        confidence=confidence,
+        points=subject.keypoints_3d.astype(np.float64),
+        mask=field,
+    )
+    view = believed_view(
+        subject,
+        _box(subject, field),
+        height=evidence.height,
+        tall=settings.height,
+        distance=settings.distance,
+    )
     evidence = dataclasses.replace(evidence, view=view, told=Told.of(subject, evidence))
     if subject.bodymap is None:
         return evidence
-    evidence = dataclasses.replace(evidence, depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height)
+    evidence = dataclasses.replace(
+        evidence,
+        depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height,
+    )
     if max(settings.dense_weight, settings.dense_depth_weight) == 0:
         return evidence
     dense = gather_dense(
@@ -262,9 +315,12 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
 
 
 def _box(subject: Subject, field: MaskField | None) -> FloatArray:
-    """Left, top, right, bottom (4,) of the person by the mask, or by the landmarks where there is none, pixels."""
+    """Left, top, right, bottom (4,) of the person by the mask, or by the landmarks where there is
+    none, pixels."""
     if field is not None and field.inside.any():
         rows, columns = np.nonzero(field.inside)
-        return field.step * np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float64)
+        return field.step * np.array(
+            [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float64
+        )
     seen = subject.keypoints[subject.keypoints[:, 2] > 0.3, :2].astype(np.float64)
     return np.concatenate([seen.min(axis=0), seen.max(axis=0)])

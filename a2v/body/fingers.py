@@ -1,4 +1,5 @@
-"""Fingers of a fitted body bent as the photo shows them; the fit itself knows hands by three landmarks, and leaves fingers straight."""
+"""Fingers of a fitted body bent as the photo shows them; the fit itself knows hands by three
+landmarks, and leaves fingers straight."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from a2v.types import Body, Camera, FloatArray, Subject
 
 SIDES = {"left": ".L", "right": ".R"}
 _KNUCKLE = (-0.5, 0.25, 1.6, 0.5)
-"""Angles of a finger's knuckle from the body's straight, spread one, radians: lowest, relaxed, highest, and the spread about relaxed; so below."""
+"""Angles of a finger's knuckle from the body's straight, spread one, radians: lowest, relaxed,
+highest, and the spread about relaxed; so below."""
 _MIDDLE = (0.0, 0.4, 1.9, 0.5)
 """Of a finger's middle joint."""
 _SPREAD = (-0.35, 0.0, 0.35, 0.12)
@@ -30,7 +32,8 @@ _TURN = (-0.7, 0.0, 0.7, 0.25)
 _LAST = 0.6
 """A finger's last joint bends by so much of the middle one."""
 _PARALLEL = (0.14, 0.03, -0.08, -0.2)
-"""By so much, radians, relaxed fingers from the index to the little one turn towards each other: the body's are spread."""
+"""By so much, radians, relaxed fingers from the index to the little one turn towards each other:
+the body's are spread."""
 _PLACE = 0.007
 """Expected error of landmarks in the picture's plane, metres."""
 _DEPTH = 0.03
@@ -38,11 +41,13 @@ _DEPTH = 0.03
 _STEP = 1e-7
 """Of the differences that slopes are taken from, radians."""
 _SLACK = np.array([0.006, 0.006, 0.1])
-"""Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its hand's size."""
+"""Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its
+hand's size."""
 
 
 def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
-    """The body with fingers bent, and hands turned about the wrist, as the landmarks of ``subject.hands`` are; relaxed where there are none.
+    """The body with fingers bent, and hands turned about the wrist, as the landmarks of
+    ``subject.hands`` are; relaxed where there are none.
 
     Parameters
     ----------
@@ -54,7 +59,8 @@ def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
     Returns
     -------
     Body
-        With new bones and skin; ``parameters`` stay those of the fit. `body` itself for another model.
+        With new bones and skin; ``parameters`` stay those of the fit. `body` itself for another
+        model.
     """
     if body.model != "anny":
         return body
@@ -71,14 +77,20 @@ def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
 class _Hand:
     """One hand of Anny: its bones, its axes at the fitted pose, and what its angles are.
 
-    Angles (18,): the hand's turn (3), of index to little finger each knuckle, middle joint and spread, then the thumb inwards, across and its tip.
+    Angles (18,): the hand's turn (3), of index to little finger each knuckle, middle joint and
+    spread, then the thumb inwards, across and its tip.
     """
 
-    ranges = np.array([_TURN] * 3 + [_KNUCKLE, _MIDDLE, _SPREAD] * 4 + [_THUMB_IN, _THUMB_ACROSS, _THUMB_TIP])
+    ranges = np.array(
+        [_TURN] * 3 + [_KNUCKLE, _MIDDLE, _SPREAD] * 4 + [_THUMB_IN, _THUMB_ACROSS, _THUMB_TIP]
+    )
 
     def __init__(self, body: Body, letter: str) -> None:
         self.wrist = body.bone_names.index(f"wrist{letter}")
-        self.fingers = [[body.bone_names.index(f"finger{finger}-{joint}{letter}") for joint in (1, 2, 3)] for finger in (1, 2, 3, 4, 5)]
+        self.fingers = [
+            [body.bone_names.index(f"finger{finger}-{joint}{letter}") for joint in (1, 2, 3)]
+            for finger in (1, 2, 3, 4, 5)
+        ]
         self.tips = body.bone_tails[[bones[2] for bones in self.fingers]].astype(np.float64)
         self.below = subtree(body.bone_parents, self.wrist)
         heads = body.bone_transforms[:, :3, 3].astype(np.float64)
@@ -95,8 +107,11 @@ class _Hand:
         return np.asarray(self._posed(transforms, angles[None])[0][0])
 
     def _posed(self, transforms: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """World transforms (K, B, 4, 4), and the fingers' tips (K, 5, 3), for each of angles (K, 18)."""
-        out, tips = (np.repeat(values[None], len(angles), axis=0) for values in (transforms, self.tips))
+        """World transforms (K, B, 4, 4), and the fingers' tips (K, 5, 3), for each of angles (K,
+        18)."""
+        out, tips = (
+            np.repeat(values[None], len(angles), axis=0) for values in (transforms, self.tips)
+        )
         for at, bones in enumerate(self.fingers[1:]):
             knuckle, middle, spread = angles[:, 3 + 3 * at : 6 + 3 * at].T[..., None]
             straight = unit(out[0, bones[1], :3, 3] - out[0, bones[0], :3, 3])
@@ -109,7 +124,11 @@ class _Hand:
         thumb = self.fingers[0]
         straight = unit(out[0, thumb[2], :3, 3] - out[0, thumb[0], :3, 3])
         hinge = unit(np.cross(straight, self.palm))
-        for place, turn in ((0, inwards * hinge + over * self.palm), (1, 0.5 * tip * hinge), (2, tip * hinge)):
+        for place, turn in (
+            (0, inwards * hinge + over * self.palm),
+            (1, 0.5 * tip * hinge),
+            (2, tip * hinge),
+        ):
             _turn(out, tips[:, 0], thumb, place, rotvec_to_rotmat(turn))
         whole = rotvec_to_rotmat(angles[:, :3] @ np.stack([self.along, self.palm, self.side]))
         centre, back = out[:, self.wrist, :3, 3][:, None].copy(), np.swapaxes(whole, 1, 2)
@@ -129,7 +148,8 @@ class _Hand:
         return np.concatenate(rows, axis=1)
 
     def solved(self, transforms: FloatArray, seen: FloatArray | None) -> FloatArray:
-        """Angles (18,) that bring the landmarks to where they are `seen` (21, 3), and else stay near a relaxed hand's."""
+        """Angles (18,) that bring the landmarks to where they are `seen` (21, 3), and else stay
+        near a relaxed hand's."""
         from scipy.optimize import least_squares
 
         relaxed, (low, _, high, spread) = self.middle, self.ranges.T
@@ -139,30 +159,56 @@ class _Hand:
         centre = transforms[self.wrist, :3, 3]
 
         def misses(unknowns: FloatArray) -> FloatArray:
-            angles, slack = unknowns[:, :-3], unknowns[:, -3:] * _SLACK  # else fingers bend where the fit's wrist or hand is not the photo's
-            points = centre + np.exp(slack[:, 2])[:, None, None] * (self.points(transforms, angles) - centre)
+            angles, slack = (
+                unknowns[:, :-3],
+                unknowns[:, -3:] * _SLACK,
+            )  # else fingers bend where the fit's wrist or hand is not the photo's
+            points = centre + np.exp(slack[:, 2])[:, None, None] * (
+                self.points(transforms, angles) - centre
+            )
             points[..., :2] += slack[:, None, :2]
             error = (points - seen)[:, 1:] / [_PLACE, _PLACE, _DEPTH]
-            return np.concatenate([error.reshape(len(unknowns), -1), (angles - relaxed) / spread, unknowns[:, -3:]], axis=1)
+            return np.concatenate(
+                [error.reshape(len(unknowns), -1), (angles - relaxed) / spread, unknowns[:, -3:]],
+                axis=1,
+            )
 
         def slopes(unknowns: FloatArray) -> FloatArray:
-            """Forward differences (m, 21), all at once: a hand of many angles takes little longer than one."""
-            changed = misses(np.concatenate([unknowns[None], unknowns + _STEP * np.eye(len(unknowns))]))
+            """Forward differences (m, 21), all at once: a hand of many angles takes little longer
+            than one."""
+            changed = misses(
+                np.concatenate([unknowns[None], unknowns + _STEP * np.eye(len(unknowns))])
+            )
             return np.asarray((changed[1:] - changed[0]).T / _STEP)
 
         start = np.concatenate([np.clip(relaxed, low, high), np.zeros(3)])
         bounds = np.concatenate([low, np.full(3, -3.0)]), np.concatenate([high, np.full(3, 3.0)])
-        found = least_squares(lambda x: misses(x[None])[0], start, slopes, bounds, loss="soft_l1", f_scale=2.0, max_nfev=40)
+        found = least_squares(
+            lambda x: misses(x[None])[0],
+            start,
+            slopes,
+            bounds,
+            loss="soft_l1",
+            f_scale=2.0,
+            max_nfev=40,
+        )
         return np.asarray(found.x[:-3])
 
 
 def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArray:
-    """Where the landmarks (21, 4) are, metres (21, 3): their depths are relative to the wrist, whose z is `depth`."""
-    return camera.unproject(landmarks[:, :2].astype(np.float64), depth + landmarks[:, 2].astype(np.float64) / camera.scale)
+    """Where the landmarks (21, 4) are, metres (21, 3): their depths are relative to the wrist,
+    whose z is `depth`."""
+    return camera.unproject(
+        landmarks[:, :2].astype(np.float64),
+        depth + landmarks[:, 2].astype(np.float64) / camera.scale,
+    )
 
 
-def _turn(out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, turns: FloatArray) -> None:
-    """Turn a finger's bones (K, B, 4, 4) from one `place` on, and its tips (K, 3), by (K, 3, 3) about the head of the bone there; in place."""
+def _turn(
+    out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, turns: FloatArray
+) -> None:
+    """Turn a finger's bones (K, B, 4, 4) from one `place` on, and its tips (K, 3), by (K, 3, 3)
+    about the head of the bone there; in place."""
     centre = out[:, bones[place], :3, 3].copy()
     for bone in bones[place:]:
         out[:, bone, :3, :3] = turns @ out[:, bone, :3, :3]
@@ -176,7 +222,11 @@ def reskinned(body: Body, transforms: FloatArray) -> Body:
     change = np.einsum("vb,bij->vij", body.weights.astype(np.float64), moved)
     plain = np.concatenate([body.vertices, np.ones((len(body.vertices), 1))], axis=1)
     vertices = np.einsum("vij,vj->vi", change, plain)[:, :3]
-    tails = np.einsum("bij,bj->bi", moved, np.concatenate([body.bone_tails, np.ones((len(body.bone_tails), 1))], axis=1))[:, :3]
+    tails = np.einsum(
+        "bij,bj->bi",
+        moved,
+        np.concatenate([body.bone_tails, np.ones((len(body.bone_tails), 1))], axis=1),
+    )[:, :3]
     return dataclasses.replace(
         body,
         vertices=vertices.astype(np.float32),

@@ -1,4 +1,5 @@
-"""Fit a body to one photo: keypoints, silhouette and, if there is one, a reconstructed surface (Eq. 15-18)."""
+"""Fit a body to one photo: keypoints, silhouette and, if there is one, a reconstructed surface (Eq.
+15-18)."""
 
 from __future__ import annotations
 
@@ -38,14 +39,17 @@ class FitResult:
     Attributes
     ----------
     body : Body
-        In the photo's frame: lowest point at y = 0, pelvis at x = z = 0 (in the surface's frame, if one was given).
+        In the photo's frame: lowest point at y = 0, pelvis at x = z = 0 (in the surface's frame, if
+        one was given).
     camera : PhotoCamera
     residuals : dict
-        ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident keypoints),
-        ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres), ``camera`` (distance and height, metres, pitch,
-        degrees, and why the distance is believed), ``loss`` (by term),
-        ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`: expected error in depth, metres); with a surface also
-        ``surface_mean`` (metres, from the surface to the body); with a model of one's own ``carried_over`` (metres, mean distance from its skin to the fitted one).
+        ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident
+        keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres),
+        ``camera`` (distance and height, metres, pitch, degrees, and why the distance is believed),
+        ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
+        expected error in depth, metres); with a surface also ``surface_mean`` (metres, from the
+        surface to the body); with a model of one's own ``carried_over`` (metres, mean distance from
+        its skin to the fitted one).
     """
 
     body: Body
@@ -55,7 +59,8 @@ class FitResult:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by the clock, twice the processor's time)."""
+    """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by
+    the clock, twice the processor's time)."""
     import torch
 
     before = torch.get_num_threads()
@@ -78,8 +83,9 @@ def fit_body(
 ) -> FitResult:
     """Fit shape and pose of the body model, and the orthographic camera, to a person in a photo.
 
-    Without a surface: camera and orientation first, then joints with the priors, then the silhouette. With one, the
-    papers' fit (Eq. 15): joints and prior for two rounds, then the surface as well, in the surface's own frame.
+    Without a surface: camera and orientation first, then joints with the priors, then the
+    silhouette. With one, the papers' fit (Eq. 15): joints and prior for two rounds, then the
+    surface as well, in the surface's own frame.
 
     Parameters
     ----------
@@ -91,7 +97,8 @@ def fit_body(
     camera : PhotoCamera or OrthographicCamera, optional
         Needed with `surface`, which is seen through it; then it stays as it is.
     initial : FitResult, optional
-        Where to start (the fit to the photo alone, in the frame of `camera`); otherwise it is made here.
+        Where to start (the fit to the photo alone, in the frame of `camera`); otherwise it is made
+        here.
     progress : Progress, optional
 
     Raises
@@ -111,7 +118,9 @@ def fit_body(
         evidence = dataclasses.replace(evidence, view=View.of(camera))
     fit = Fit(model, evidence, settings, progress or _silent)
     if surface is None:
-        return _carried(fit.to_photo() if initial is None else fit.refined(unknowns_of(initial)), wanted)
+        return _carried(
+            fit.to_photo() if initial is None else fit.refined(unknowns_of(initial)), wanted
+        )
     assert camera is not None
     if initial is None:
         initial = dataclasses.replace(fit, progress=_silent).to_photo()
@@ -131,7 +140,9 @@ def _carried(result: FitResult, model: BodyModel) -> FitResult:
     if model.name == result.body.model:
         return result
     body, distance = carry_over(model, result.body)
-    return dataclasses.replace(result, body=body, residuals={**result.residuals, "carried_over": distance})
+    return dataclasses.replace(
+        result, body=body, residuals={**result.residuals, "carried_over": distance}
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,12 +166,16 @@ class Fit:
         self.progress(2, self.total)
         best = self.refined(guess.unknowns)
         if self.settings.starts:
-            best = self._retried(best, mend_strays(self._objective(), self.model, unknowns_of(best)))
+            best = self._retried(
+                best, mend_strays(self._objective(), self.model, unknowns_of(best))
+            )
             if looks_wrong(best.residuals):
                 best = self._search(best, objective)
         best = self._expecting(best)
         if self.settings.starts and not looks_wrong(best.residuals):
-            start = mend_doubtful(self._objective(), self.model, unknowns_of(best), best.residuals["limb_errors"])
+            start = mend_doubtful(
+                self._objective(), self.model, unknowns_of(best), best.residuals["limb_errors"]
+            )
             best = self._expecting(self._retried(best, start))
         return best
 
@@ -171,11 +186,14 @@ class Fit:
     def _expecting(self, result: FitResult) -> FitResult:
         """The same with the errors in depth that are expected of its limbs."""
         overlap = result.residuals.get("silhouette_iou", 0.8)
-        errors = limb_errors(self._landmarks(result.body), self.evidence, result.camera.scale, overlap)
+        errors = limb_errors(
+            self._landmarks(result.body), self.evidence, result.camera.scale, overlap
+        )
         return dataclasses.replace(result, residuals={**result.residuals, "limb_errors": errors})
 
     def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
-        """The fit, or one from a start with some limbs bent otherwise (None: there is none), if that agrees better with the photo."""
+        """The fit, or one from a start with some limbs bent otherwise (None: there is none), if
+        that agrees better with the photo."""
         if start is None:
             return best
         found = dataclasses.replace(self, progress=_silent).refined(start)
@@ -184,11 +202,15 @@ class Fit:
     def _search(self, best: FitResult, objective: Objective) -> FitResult:
         """The best of a fit and of those that start from poses of the bank."""
         quiet = dataclasses.replace(self, progress=_silent)
-        if guess := guess_by_landmarks(objective, self.model, self.evidence, starts=self.settings.starts):
+        if guess := guess_by_landmarks(
+            objective, self.model, self.evidence, starts=self.settings.starts
+        ):
             found = quiet.refined(guess.unknowns)
             if sum(found.residuals["loss"].values()) < sum(best.residuals["loss"].values()):
                 best = found
-        if landmarks_look_wrong(best.residuals) and (guess := guess_by_outline(self.model, self.evidence, self.settings)):
+        if landmarks_look_wrong(best.residuals) and (
+            guess := guess_by_outline(self.model, self.evidence, self.settings)
+        ):
             found = dataclasses.replace(quiet, evidence=guess.evidence).refined(guess.unknowns)
             if found.residuals["silhouette_iou"] > best.residuals["silhouette_iou"] + 0.08:
                 best = found
@@ -207,7 +229,9 @@ class Fit:
                 if done > 3 and previous - value < self.settings.tolerance * abs(previous):
                     break
                 previous = value
-        loss = objective.values(unknowns, "silhouette")  # before the body moves to its place on the ground
+        loss = objective.values(
+            unknowns, "silhouette"
+        )  # before the body moves to its place on the ground
         camera = self._ground(unknowns, objective.space)
         return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
@@ -218,10 +242,14 @@ class Fit:
         unknowns.fix_camera(camera)
         previous, done = np.inf, 0
         for done in range(1, self.settings.rounds + 3):
-            first = done <= 2  # "during the first two iterations we only consider the joints and the pose regularization"
+            first = (
+                done <= 2
+            )  # "during the first two iterations we only consider the joints and the pose regularization"
             if not first:
                 objective.renew_surface(unknowns)
-            value = objective.minimize(unknowns, self.settings.steps, stage="surface_joints" if first else "surface")
+            value = objective.minimize(
+                unknowns, self.settings.steps, stage="surface_joints" if first else "surface"
+            )
             self.progress(min(self.total - 1, done), self.total)
             if done > 5 and previous - value < self.settings.tolerance * abs(previous):
                 break
@@ -231,12 +259,17 @@ class Fit:
         return dataclasses.replace(result, camera=camera)
 
     def _ground(self, unknowns: Unknowns, space: PoseSpace) -> PhotoCamera:
-        """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera that sees it where it was."""
+        """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera
+        that sees it where it was."""
         import torch
 
         camera = unknowns.camera()
         with torch.no_grad():
-            state = self.model.forward(unknowns.rotmats(space).float(), unknowns.shape.float(), unknowns.translation.float())
+            state = self.model.forward(
+                unknowns.rotmats(space).float(),
+                unknowns.shape.float(),
+                unknowns.translation.float(),
+            )
             pelvis = state.joints[0].double()
             shift = torch.stack([-pelvis[0], -state.vertices[:, 1].min().double(), -pelvis[2]])
             unknowns.translation += shift
@@ -250,7 +283,8 @@ class Fit:
         found: Mapping[str, Any],
         samples: SurfaceSamples | None = None,
     ) -> FitResult:
-        """The body at `unknowns`, and how well it agrees with the evidence; `found` goes to the residuals as it is."""
+        """The body at `unknowns`, and how well it agrees with the evidence; `found` goes to the
+        residuals as it is."""
         shape = unknowns.shape.detach()
         angles = unknowns.angles.detach().numpy().astype(np.float32)
         standing = self.model.rest(shape)[0]
@@ -258,12 +292,31 @@ class Fit:
         rotations = space.rotvecs(unknowns.angles.detach()).numpy().astype(np.float32)
         rotations[0] = unknowns.root_rotvec()
         provenance = {"model": self.model.name, "settings": dataclasses.asdict(self.settings)}
-        body = make_body(self.model, rotations, shape.numpy(), unknowns.translation.detach().numpy(), provenance=provenance)
+        body = make_body(
+            self.model,
+            rotations,
+            shape.numpy(),
+            unknowns.translation.detach().numpy(),
+            provenance=provenance,
+        )
         body = dataclasses.replace(body, parameters={**body.parameters, "angles": angles})
-        residuals = {**self._landmark_errors(body, camera, height), "height": height, "camera": _told(camera), **found}
+        residuals = {
+            **self._landmark_errors(body, camera, height),
+            "height": height,
+            "camera": _told(camera),
+            **found,
+        }
         if (mask := self.evidence.mask) is not None:
-            raster = rasterize(camera.flatten(body.vertices), body.faces, camera.flat, mask.inside.shape, step=mask.step)["mask"]
-            residuals["silhouette_iou"] = mask_iou(raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known)
+            raster = rasterize(
+                camera.flatten(body.vertices),
+                body.faces,
+                camera.flat,
+                mask.inside.shape,
+                step=mask.step,
+            )["mask"]
+            residuals["silhouette_iou"] = mask_iou(
+                raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known
+            )
         if samples is not None:
             residuals["surface_mean"] = samples.mean_distance(body.vertices, body.faces)
         self.progress(self.total, self.total)
@@ -274,24 +327,38 @@ class Fit:
         import torch
 
         with torch.no_grad():
-            final = self.model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+            final = self.model.forward(
+                *(
+                    torch.from_numpy(body.parameters[key])
+                    for key in ("rotations", "shape", "translation")
+                )
+            )
             points: FloatArray = self.model.landmarks(final).numpy()
         return points
 
     def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
-        """Distances of the confident keypoints from the body's landmarks, by its standing `height` in metres."""
+        """Distances of the confident keypoints from the body's landmarks, by its standing `height`
+        in metres."""
         seen = self.evidence.confidence > 0.3
-        error = np.linalg.norm(camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1) / (camera.scale * height)
+        error = np.linalg.norm(
+            camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1
+        ) / (camera.scale * height)
         return {
             "keypoint_mean": float(error[seen].mean()),
             "keypoint_max": float(error[seen].max()),
-            "keypoints": {name: float(error[index]) for index, name in enumerate(BLAZEPOSE) if seen[index]},
+            "keypoints": {
+                name: float(error[index]) for index, name in enumerate(BLAZEPOSE) if seen[index]
+            },
         }
 
 
 def _told(camera: PhotoCamera) -> dict[str, Any]:
     """What the report says of a camera."""
-    perspective = {"height": camera.height, "pitch": float(np.degrees(camera.pitch))} if camera.distance > 0 else {}
+    perspective = (
+        {"height": camera.height, "pitch": float(np.degrees(camera.pitch))}
+        if camera.distance > 0
+        else {}
+    )
     return {"distance": camera.distance, **perspective, "distance_from": camera.source}
 
 
@@ -311,10 +378,15 @@ def unknowns_of(result: FitResult) -> Unknowns:
 
 
 def _move_to_camera(unknowns: Unknowns, *, old: PhotoCamera, new: PhotoCamera) -> None:
-    """Shift a body seen through `old` so that it lands on the same pixels through `new` (of about the same scale)."""
+    """Shift a body seen through `old` so that it lands on the same pixels through `new` (of about
+    the same scale)."""
     import torch
 
     first, then = old.flat, new.flat
-    move = [(first.center_u - then.center_u) / then.scale, (then.center_v - first.center_v) / then.scale, 0.0]
+    move = [
+        (first.center_u - then.center_u) / then.scale,
+        (then.center_v - first.center_v) / then.scale,
+        0.0,
+    ]
     with torch.no_grad():
         unknowns.translation += torch.tensor(move, dtype=unknowns.translation.dtype)

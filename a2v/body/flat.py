@@ -1,4 +1,5 @@
-"""A body as the photo's orthographic camera sees it, where the photo's own camera is a perspective one."""
+"""A body as the photo's orthographic camera sees it, where the photo's own camera is a perspective
+one."""
 
 from __future__ import annotations
 
@@ -8,12 +9,16 @@ from a2v.types import Body, Camera
 
 
 def flattened(body: Body, camera: Camera) -> Body:
-    """The body in the frame of ``camera.flat``: skin and joints are moved (`PhotoCamera.flatten`), bones keep their directions.
+    """The body in the frame of ``camera.flat``: skin and joints are moved (`PhotoCamera.flatten`),
+    bones keep their directions.
 
     It is what stages that look through ``camera.flat`` compare with; it must not be posed.
     """
     transforms = body.bone_transforms.copy()
     transforms[:, :3, 3] = camera.flatten(transforms[:, :3, 3])
     return dataclasses.replace(
-        body, vertices=camera.flatten(body.vertices), bone_transforms=transforms, bone_tails=camera.flatten(body.bone_tails)
+        body,
+        vertices=camera.flatten(body.vertices),
+        bone_transforms=transforms,
+        bone_tails=camera.flatten(body.bone_tails),
     )

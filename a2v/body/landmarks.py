@@ -53,13 +53,23 @@ _BONES = {
     "ankle": "foot",
 }
 
-# Offsets from the left eye's centre (inner and outer corner) and from the nose (left corner of the mouth), metres at
-# the default shape, measured on its front view; the nearest vertex of the face is taken.
-_FACE = {"left_eye_inner": (-0.018, -0.002), "left_eye_outer": (0.018, 0.0), "mouth_left": (0.024, -0.031)}
+# Offsets from the left eye's centre (inner and outer corner) and from the nose (left corner of the
+# mouth), metres at the default shape, measured on its front view; the nearest vertex of the face is
+# taken.
+_FACE = {
+    "left_eye_inner": (-0.018, -0.002),
+    "left_eye_outer": (0.018, 0.0),
+    "mouth_left": (0.024, -0.031),
+}
 
 
 def landmark_table(
-    rest: FloatArray, *, faces: IntArray, weights: FloatArray, bone_names: tuple[str, ...], anchors: Mapping[str, FloatArray]
+    rest: FloatArray,
+    *,
+    faces: IntArray,
+    weights: FloatArray,
+    bone_names: tuple[str, ...],
+    anchors: Mapping[str, FloatArray],
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Landmarks of a body with Anny's bones, as combinations of vertices and joints.
 
@@ -72,7 +82,8 @@ def landmark_table(
         Skinning weights.
     bone_names : tuple of B str
     anchors : mapping of str to (3,)
-        Where the eyes and the ears are: ``left_eye``, ``right_eye``, ``left_ear``, ``right_ear``; metres.
+        Where the eyes and the ears are: ``left_eye``, ``right_eye``, ``left_ear``, ``right_ear``;
+        metres.
 
     Returns
     -------
@@ -111,11 +122,16 @@ def landmark_table(
         if dense[row].any():
             dense[row] /= dense[row].sum()
     used = np.flatnonzero(dense.any(axis=0))
-    return torch.from_numpy(used), torch.from_numpy(dense[:, used].astype(np.float32)), torch.from_numpy(bones)
+    return (
+        torch.from_numpy(used),
+        torch.from_numpy(dense[:, used].astype(np.float32)),
+        torch.from_numpy(bones),
+    )
 
 
 def _on_skin(faces: IntArray, count: int) -> BoolArray:
-    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest connected piece."""
+    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest
+    connected piece."""
     piece = piece_of_faces(count, faces)
     outer = np.zeros(count, bool)
     outer[faces[piece == np.bincount(piece).argmax()].ravel()] = True

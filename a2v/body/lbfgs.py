@@ -9,13 +9,21 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-def minimize(loss: Callable[[], Tensor], unknowns: Sequence[Tensor], *, steps: int, history: int, tolerance: float = 1e-9) -> None:
+def minimize(
+    loss: Callable[[], Tensor],
+    unknowns: Sequence[Tensor],
+    *,
+    steps: int,
+    history: int,
+    tolerance: float = 1e-9,
+) -> None:
     """Lower `loss` in place by at most `steps` iterations.
 
     Parameters
     ----------
     loss : callable
-        Gives a scalar that depends on `unknowns`, leaf tensors of any shapes that require gradients.
+        Gives a scalar that depends on `unknowns`, leaf tensors of any shapes that require
+        gradients.
     steps : int
         Iterations.
     history : int
@@ -25,7 +33,13 @@ def minimize(loss: Callable[[], Tensor], unknowns: Sequence[Tensor], *, steps: i
     """
     import torch
 
-    optimizer = torch.optim.LBFGS(unknowns, max_iter=steps, history_size=history, tolerance_change=tolerance, line_search_fn="strong_wolfe")
+    optimizer = torch.optim.LBFGS(
+        unknowns,
+        max_iter=steps,
+        history_size=history,
+        tolerance_change=tolerance,
+        line_search_fn="strong_wolfe",
+    )
 
     def closure() -> Tensor:
         optimizer.zero_grad()

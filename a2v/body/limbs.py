@@ -19,8 +19,16 @@ LIMBS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "trunk": TRUNK,
         "head": _places("nose", "left_ear", "right_ear"),
-        **{f"{side}_arm": _places(*(f"{side}_{joint}" for joint in ("elbow", "wrist", "index"))) for side in ("left", "right")},
-        **{f"{side}_leg": _places(*(f"{side}_{joint}" for joint in ("knee", "ankle", "foot_index"))) for side in ("left", "right")},
+        **{
+            f"{side}_arm": _places(*(f"{side}_{joint}" for joint in ("elbow", "wrist", "index")))
+            for side in ("left", "right")
+        },
+        **{
+            f"{side}_leg": _places(
+                *(f"{side}_{joint}" for joint in ("knee", "ankle", "foot_index"))
+            )
+            for side in ("left", "right")
+        },
     }
 )
 """Indices of the BlazePose landmarks of each limb."""

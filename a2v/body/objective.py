@@ -27,19 +27,39 @@ if TYPE_CHECKING:
 
 Stage = Literal["depth", "camera", "joints", "silhouette", "surface_joints", "surface"]
 
-# Of the phenotypes, as the table in `pose_space` chosen by hand: the age and the height hardly show in a photo.
-_SHAPE_SPREAD = {"gender": 0.4, "age": 0.05, "muscle": 0.25, "weight": 0.2, "height": 0.05, "proportions": 0.25}
+# Of the phenotypes, as the table in `pose_space` chosen by hand: the age and the height hardly show
+# in a photo.
+_SHAPE_SPREAD = {
+    "gender": 0.4,
+    "age": 0.05,
+    "muscle": 0.25,
+    "weight": 0.2,
+    "height": 0.05,
+    "proportions": 0.25,
+}
 _GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo, where clothes hide the chest: a silhouette says too little for it, and what it would add shows on men."""
+"""Mean of Anny's gender for a photo, where clothes hide the chest: a silhouette says too little for
+it, and what it would add shows on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
-_SOLES = [LANDMARK_INDEX[f"{side}_{place}"] for side in ("left", "right") for place in ("heel", "foot_index")]
+_SOLES = [
+    LANDMARK_INDEX[f"{side}_{place}"]
+    for side in ("left", "right")
+    for place in ("heel", "foot_index")
+]
 
 
 class Objective:
     """The sum of the terms, and its minimisation with L-BFGS."""
 
-    def __init__(self, model: AnnyModel, evidence: Evidence, settings: FitSettings, *, surface: SurfaceSamples | None = None):
+    def __init__(
+        self,
+        model: AnnyModel,
+        evidence: Evidence,
+        settings: FitSettings,
+        *,
+        surface: SurfaceSamples | None = None,
+    ):
         """With a `surface` the papers' objective (Eq. 15), else that of a photo alone."""
         import torch
 
@@ -47,31 +67,51 @@ class Objective:
         self.space = pose_space(model)
         self.balls = limb_balls(model)
         self._pixels, self._weights = _tensor(evidence.pixels), _tensor(evidence.weights)
-        self._depth, self._depth_weights = _tensor(evidence.depth), _tensor(evidence.depth_confidence)
-        self._natural, self._spread, self._limits = _tensor(self.space.natural), _tensor(self.space.spread), _tensor(self.space.limits)
-        self._shape_mean, self._shape_bounds = _tensor(model.shape_default), _tensor(model.shape_bounds)
+        self._depth, self._depth_weights = (
+            _tensor(evidence.depth),
+            _tensor(evidence.depth_confidence),
+        )
+        self._natural, self._spread, self._limits = (
+            _tensor(self.space.natural),
+            _tensor(self.space.spread),
+            _tensor(self.space.limits),
+        )
+        self._shape_mean, self._shape_bounds = (
+            _tensor(model.shape_default),
+            _tensor(model.shape_bounds),
+        )
         deviations = dict(_SHAPE_SPREAD)
         if surface is None:
             self._shape_mean[model.shape_names.index("gender")] = _GENDER_OF_A_PHOTO
             deviations["gender"] = _GENDER_SPREAD_OF_A_PHOTO
-        self._shape_spread = _tensor([deviations.get(name, 0.5 if "circ" in name else 0.4) for name in model.shape_names])
+        self._shape_spread = _tensor(
+            [deviations.get(name, 0.5 if "circ" in name else 0.4) for name in model.shape_names]
+        )
         if evidence.points is not None:
             known = np.isfinite(evidence.points).all(axis=1)
             self._points = _tensor(np.where(known[:, None], evidence.points, 0.0))
             self._points_weights = _tensor(np.where(known, evidence.weights, 0.0))
         if (dense := evidence.dense) is not None:
-            self._dense_ids, self._dense_depths = torch.from_numpy(dense.vertex_ids), _tensor(dense.depths)
+            self._dense_ids, self._dense_depths = (
+                torch.from_numpy(dense.vertex_ids),
+                _tensor(dense.depths),
+            )
             self._dense_pixels, self._dense_weights = _tensor(dense.pixels), _tensor(dense.weights)
             self._dense_depth_weights = _tensor(dense.depth_weights)
         self._prior = load_pose_prior()
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
-        self._inner = torch.from_numpy(_spread_over_skin(rest.numpy(), model.faces, 700, seed=settings.seed))
+        self._inner = torch.from_numpy(
+            _spread_over_skin(rest.numpy(), model.faces, 700, seed=settings.seed)
+        )
         self._extent = torch.stack([rest[:, 1].argmax(), rest[:, 1].argmin()])
         self._rim: RimMatches | None = None
         self._matches: SurfaceMatches | None = None
 
-    def _state(self, unknowns: Unknowns, stage: Stage) -> tuple[BodyState, Tensor, dict[str, Tensor]]:
-        """Pose the vertices that a stage needs; returns the state, the landmarks and the vertices by use."""
+    def _state(
+        self, unknowns: Unknowns, stage: Stage
+    ) -> tuple[BodyState, Tensor, dict[str, Tensor]]:
+        """Pose the vertices that a stage needs; returns the state, the landmarks and the vertices
+        by use."""
         import torch
 
         wanted = {"extent": self._extent, "landmarks": self.model.landmark_vertices}
@@ -84,9 +124,18 @@ class Objective:
         if stage == "surface" and self._matches is not None:
             wanted["surface"] = self._matches.vertex_ids
         state = self.model.forward(
-            unknowns.rotmats(self.space), unknowns.shape, unknowns.translation, vertex_ids=torch.cat(list(wanted.values()))
+            unknowns.rotmats(self.space),
+            unknowns.shape,
+            unknowns.translation,
+            vertex_ids=torch.cat(list(wanted.values())),
         )
-        parts = dict(zip(wanted, torch.split(state.vertices, [len(ids) for ids in wanted.values()]), strict=True))
+        parts = dict(
+            zip(
+                wanted,
+                torch.split(state.vertices, [len(ids) for ids in wanted.values()]),
+                strict=True,
+            )
+        )
         return state, self.model.landmarks_of(parts["landmarks"], state.joints), parts
 
     def terms(self, unknowns: Unknowns, stage: Stage) -> dict[str, Tensor]:
@@ -102,26 +151,39 @@ class Objective:
         if self.surface is not None:
             terms["pose"] = 2.0 * s.prior_weight * term.likely_pose(unknowns.angles, self._prior)
         else:
-            terms["pose"] = s.pose_weight * term.everyday_pose(unknowns.angles, natural=self._natural, spread=self._spread)
+            terms["pose"] = s.pose_weight * term.everyday_pose(
+                unknowns.angles, natural=self._natural, spread=self._spread
+            )
         terms["limits"] = term.outside(unknowns.angles, self._limits, tolerance=0.03)
         terms["shape"] = s.shape_weight * term.build_of_body(
-            unknowns.shape, mean=self._shape_mean, spread=self._shape_spread, state=state, height=s.height, height_sigma=s.height_sigma
+            unknowns.shape,
+            mean=self._shape_mean,
+            spread=self._shape_spread,
+            state=state,
+            height=s.height,
+            height_sigma=s.height_sigma,
         )
         terms["bounds"] = term.outside(unknowns.shape, self._shape_bounds, tolerance=0.02)
         if unknowns.pitch.requires_grad and unknowns.view.distance > 0:
             terms["camera"] = term.held_camera(unknowns.camera_height(landmarks[_SOLES, 1].min()))
         if stage not in ("depth", "camera"):
             terms["collision"] = s.collision_weight * term.collision(self.balls, state)
-            terms["feet"] = s.feet_weight * term.feet(unknowns.angles, landmarks, space=self.space, evidence=self.evidence)
+            terms["feet"] = s.feet_weight * term.feet(
+                unknowns.angles, landmarks, space=self.space, evidence=self.evidence
+            )
         if "dense" in vertices:
             terms |= self._dense(unknowns, vertices["dense"], scale)
         if "inner" in vertices:
             terms["silhouette"] = s.silhouette_weight * self._silhouette(unknowns, vertices)
         if self.surface is not None:
             targets, weights = _tensor(self.surface.targets), _tensor(self.surface.target_weights)
-            terms["joints_3d"] = s.joints_weight * term.joints_inside(landmarks, targets, weights=weights)
+            terms["joints_3d"] = s.joints_weight * term.joints_inside(
+                landmarks, targets, weights=weights
+            )
             if self._matches is not None and "surface" in vertices:
-                terms["surface"] = s.surface_weight * term.surface_distance(vertices["surface"], self._matches, robust=s.surface_robust)
+                terms["surface"] = s.surface_weight * term.surface_distance(
+                    vertices["surface"], self._matches, robust=s.surface_robust
+                )
         return terms
 
     def values(self, unknowns: Unknowns, stage: Stage) -> dict[str, float]:
@@ -136,7 +198,8 @@ class Objective:
         return sum(self.values(unknowns, stage).values())
 
     def landmark_gaps(self, unknowns: Unknowns) -> FloatArray:
-        """Distances (33,) of the landmarks in the picture from the photo's, relative to the height."""
+        """Distances (33,) of the landmarks in the picture from the photo's, relative to the
+        height."""
         import torch
 
         with torch.no_grad():
@@ -145,7 +208,8 @@ class Objective:
         return found
 
     def of_poses(self, unknowns: Unknowns, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Many poses (N, D) at once, all else as in `unknowns`: what landmarks and angles alone cost (N,), and the landmarks (N, 33, 3), metres."""
+        """Many poses (N, D) at once, all else as in `unknowns`: what landmarks and angles alone
+        cost (N,), and the landmarks (N, 33, 3), metres."""
         import torch
 
         with torch.no_grad():
@@ -153,49 +217,83 @@ class Objective:
             rotmats = rotvec_to_rotmat(self.space.rotvecs(poses))
             rotmats[:, 0] = unknowns.rotmats(self.space)[0].to(rotmats)
             rest, heads = self.model.rest(unknowns.shape.float(), self.model.landmark_vertices)
-            landmarks = self.model.landmarks_at(rotmats, rest, heads).double() + unknowns.translation
+            landmarks = (
+                self.model.landmarks_at(rotmats, rest, heads).double() + unknowns.translation
+            )
             terms = self._seen(unknowns, landmarks, unknowns.log_scale.exp(), "silhouette")
-            terms["pose"] = self.settings.pose_weight * term.everyday_pose(poses, natural=self._natural, spread=self._spread)
+            terms["pose"] = self.settings.pose_weight * term.everyday_pose(
+                poses, natural=self._natural, spread=self._spread
+            )
             terms["limits"] = term.outside(poses, self._limits, tolerance=0.03)
             return torch.stack(list(terms.values())).sum(0).numpy(), landmarks.numpy()
 
-    def _seen(self, unknowns: Unknowns, landmarks: Tensor, scale: Tensor, stage: Stage) -> dict[str, Tensor]:
-        """The terms of the keypoints, in the photo and along the limbs; `scale` () is the camera's."""
+    def _seen(
+        self, unknowns: Unknowns, landmarks: Tensor, scale: Tensor, stage: Stage
+    ) -> dict[str, Tensor]:
+        """The terms of the keypoints, in the photo and along the limbs; `scale` () is the
+        camera's."""
         s, e = self.settings, self.evidence
         square = (unknowns.project(landmarks) - self._pixels).square().sum(-1) / e.height**2
         robust = 10.0 if stage == "camera" else s.keypoint_robust  # at first everything pulls
         weight = 1.0 if self.surface is None else s.joints_weight
         seen = square
-        terms = {"keypoints": weight * term.robust_sum(square, weights=self._weights, scale=robust) / s.keypoint_sigma**2}
+        terms = {
+            "keypoints": weight
+            * term.robust_sum(square, weights=self._weights, scale=robust)
+            / s.keypoint_sigma**2
+        }
         if stage == "silhouette":
             terms["strays"] = term.strays(square, weights=self._weights)
         first, last = e.segments[:, 0], e.segments[:, 1]
         along = (landmarks[..., last, 2] - landmarks[..., first, 2]) * scale
         square = (along - self._depth).square() / e.height**2
-        weight = s.depth_weight * (1.0 if self.surface is None else 0.1)  # a surface knows better than the detector
-        terms["depth"] = weight * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma) / s.depth_sigma**2
+        weight = s.depth_weight * (
+            1.0 if self.surface is None else 0.1
+        )  # a surface knows better than the detector
+        terms["depth"] = (
+            weight
+            * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma)
+            / s.depth_sigma**2
+        )
         if e.told is not None and stage != "camera":
             near, far = e.told.bones[:, 0], e.told.bones[:, 1]
             along = (landmarks[..., far, 2] - landmarks[..., near, 2]) * scale / e.height
             terms["told"] = term.where_told(seen[..., e.told.landmarks])
-            terms["sides"] = term.sides_as_told(along, signs=_tensor(e.told.signs), depths=_tensor(e.told.depths))
+            terms["sides"] = term.sides_as_told(
+                along, signs=_tensor(e.told.signs), depths=_tensor(e.told.depths)
+            )
         return terms
 
     def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:
-        """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the camera's."""
+        """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the
+        camera's."""
         s, height = self.settings, self.evidence.height
-        seen = term.seen_where_told(unknowns.project(vertices), self._dense_pixels, weights=self._dense_weights, height=height)
-        deep = term.deep_as_told(scale * vertices[:, 2], self._dense_depths, weights=self._dense_depth_weights, height=height)
+        seen = term.seen_where_told(
+            unknowns.project(vertices),
+            self._dense_pixels,
+            weights=self._dense_weights,
+            height=height,
+        )
+        deep = term.deep_as_told(
+            scale * vertices[:, 2],
+            self._dense_depths,
+            weights=self._dense_depth_weights,
+            height=height,
+        )
         return {"dense": s.dense_weight * seen, "dense_depth": s.dense_depth_weight * deep}
 
     def _silhouette(self, unknowns: Unknowns, vertices: dict[str, Tensor]) -> Tensor:
         s, mask, height = self.settings, self.evidence.mask, self.evidence.height
         assert mask is not None
         inner = unknowns.project(vertices["inner"])
-        loss = term.skin_in_mask(inner, mask, height=height, robust=s.silhouette_robust, sigma=s.silhouette_sigma)
+        loss = term.skin_in_mask(
+            inner, mask, height=height, robust=s.silhouette_robust, sigma=s.silhouette_sigma
+        )
         if self._rim is not None:
             rim = unknowns.project(vertices["rim"])
-            loss = loss + term.rim_on_contour(rim, self._rim, height=height, robust=s.silhouette_robust, sigma=s.silhouette_sigma)
+            loss = loss + term.rim_on_contour(
+                rim, self._rim, height=height, robust=s.silhouette_robust, sigma=s.silhouette_sigma
+            )
         return loss
 
     def _skin(self, unknowns: Unknowns) -> FloatArray:
@@ -203,17 +301,28 @@ class Objective:
         import torch
 
         with torch.no_grad():
-            state = self.model.forward(unknowns.rotmats(self.space).float(), unknowns.shape.float(), unknowns.translation.float())
+            state = self.model.forward(
+                unknowns.rotmats(self.space).float(),
+                unknowns.shape.float(),
+                unknowns.translation.float(),
+            )
         vertices: FloatArray = state.vertices.numpy()
         return vertices
 
     def renew_silhouette(self, unknowns: Unknowns) -> None:
-        """Match points of the mask's contour, if there is one, to the rim of the body as it is now."""
+        """Match points of the mask's contour, if there is one, to the rim of the body as it is
+        now."""
         mask = self.evidence.mask
         if mask is None or not len(mask.contour):
             return
         camera = unknowns.camera()
-        self._rim = match_rim(mask, camera.flatten(self._skin(unknowns)), self.model.faces, camera.flat, height=self.evidence.height)
+        self._rim = match_rim(
+            mask,
+            camera.flatten(self._skin(unknowns)),
+            self.model.faces,
+            camera.flat,
+            height=self.evidence.height,
+        )
 
     def renew_surface(self, unknowns: Unknowns) -> None:
         """Match the samples of the surface to the body as it is now."""
@@ -240,7 +349,9 @@ class Objective:
         minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
         return self.cost(unknowns, stage)
 
-    def minimize_angles(self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage) -> float:
+    def minimize_angles(
+        self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage
+    ) -> float:
         """Lower the objective by the angles `which` (n,) alone; returns its value."""
         import torch
 
@@ -266,7 +377,9 @@ def _tensor(values: Any) -> Tensor:
 def _spread_over_skin(rest: FloatArray, faces: IntArray, count: int, *, seed: int) -> IntArray:
     """Indices (count,) of vertices (V, 3) spread evenly over the skin."""
     corner = rest[faces]
-    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    area = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
     weight = np.zeros(len(rest))
     for index in range(3):
         np.add.at(weight, faces[:, index], area)

@@ -70,7 +70,8 @@ _JOINT_STEMS = {
 
 
 def part_of_bone(name: str) -> int:
-    """Index into `PARTS` of the bone `name` of Anny, or of the joint of that name of the SMPL family.
+    """Index into `PARTS` of the bone `name` of Anny, or of the joint of that name of the SMPL
+    family.
 
     Raises
     ------
@@ -85,11 +86,14 @@ def part_of_bone(name: str) -> int:
         if stem.startswith(start):
             full = f"{side}_{part}"
             return PARTS.index(full if full in PARTS else part)
-    raise InputError(f"bone '{name}' belongs to no known body part; expected names that start with {', '.join(_STEMS)}")
+    raise InputError(
+        f"bone '{name}' belongs to no known body part; expected names that start with {', '.join(_STEMS)}"
+    )
 
 
 def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
-    """Part (V,) int8 of each vertex: the one whose bones hold most of its skinning weights (V, B)."""
+    """Part (V,) int8 of each vertex: the one whose bones hold most of its skinning weights (V,
+    B)."""
     of_bone = np.array([part_of_bone(name) for name in bone_names])
     held = np.stack([weights[:, of_bone == part].sum(axis=1) for part in range(len(PARTS))], axis=1)
     parts: IntArray = held.argmax(axis=1).astype(np.int8)

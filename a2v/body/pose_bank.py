@@ -62,8 +62,12 @@ def load_pose_bank(model: AnnyModel) -> PoseBank:
 
     arrays, space = read_npz(SHIPPED), pose_space(model)
     if tuple(str(name) for name in arrays["names"]) != space.names:
-        raise InputError(f"{SHIPPED} is of another rig; make it anew with scripts/make_pose_bank.py")
-    angles = np.clip(arrays["angles"] * QUANTUM, space.limits[:, 0], space.limits[:, 1]).astype(np.float32)
+        raise InputError(
+            f"{SHIPPED} is of another rig; make it anew with scripts/make_pose_bank.py"
+        )
+    angles = np.clip(arrays["angles"] * QUANTUM, space.limits[:, 0], space.limits[:, 1]).astype(
+        np.float32
+    )
     roots = np.asarray(rotvec_to_rotmat((arrays["roots"] * QUANTUM).astype(np.float64)))
     angles = np.concatenate([angles, angles[:, space.mirror] * space.mirror_sign])
     flip = np.diag([-1.0, 1.0, 1.0])
@@ -79,13 +83,16 @@ def load_pose_bank(model: AnnyModel) -> PoseBank:
             rotmats[:, 0] = torch.from_numpy(roots[part])
             points.append(model.landmarks_at(rotmats, rest, heads).numpy()[:, index])
     placed = np.concatenate(points)
-    hips = placed[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(axis=1, keepdims=True)
+    hips = placed[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(
+        axis=1, keepdims=True
+    )
     return PoseBank(angles, roots, placed - hips)
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """A pose of the bank that looks like a photo: its number, its orientation (rotation vector), and the misfit, relative to the height."""
+    """A pose of the bank that looks like a photo: its number, its orientation (rotation vector),
+    and the misfit, relative to the height."""
 
     number: int
     root: FloatArray
@@ -93,18 +100,30 @@ class Likeness:
 
 
 def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12) -> list[Likeness]:
-    """The `count` poses, each turned about the vertical, whose landmarks look most like the photo's, the best first.
+    """The `count` poses, each turned about the vertical, whose landmarks look most like the
+    photo's, the best first.
 
-    Two of them differ by `apart` metres at least in the mean place of a landmark. What the detector says of depth counts too, robustly and less.
+    Two of them differ by `apart` metres at least in the mean place of a landmark. What the detector
+    says of depth counts too, robustly and less.
     """
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     weight = evidence.weights[index]
     if (weight > 0.1).sum() < 6:
         return []
     weight = weight / weight.sum()
-    seen = evidence.pixels[index] * [1.0, -1.0] / (evidence.height / TYPICAL_HEIGHT)  # metres of a person of typical height
-    known = np.zeros(len(index)) if evidence.points is None else np.isfinite(evidence.points[index, 2]) * weight
-    told = np.zeros(len(index)) if evidence.points is None else np.nan_to_num(evidence.points[index, 2])
+    seen = (
+        evidence.pixels[index] * [1.0, -1.0] / (evidence.height / TYPICAL_HEIGHT)
+    )  # metres of a person of typical height
+    known = (
+        np.zeros(len(index))
+        if evidence.points is None
+        else np.isfinite(evidence.points[index, 2]) * weight
+    )
+    told = (
+        np.zeros(len(index))
+        if evidence.points is None
+        else np.nan_to_num(evidence.points[index, 2])
+    )
     seen = seen - weight @ seen
     told = told - (known @ told) / max(known.sum(), 1e-9)
     misfits = []
@@ -115,11 +134,16 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
         flat = np.stack([x, bank.points[..., 1]], axis=-1)
         flat = flat - np.einsum("c,nck->nk", weight, flat)[:, None]
         # people and detectors differ in size: 15 %
-        scale = np.einsum("c,nck,ck->n", weight, flat, seen) / np.maximum(np.einsum("c,nck,nck->n", weight, flat, flat), 1e-9)
+        scale = np.einsum("c,nck,ck->n", weight, flat, seen) / np.maximum(
+            np.einsum("c,nck,nck->n", weight, flat, flat), 1e-9
+        )
         gap = np.clip(scale, 0.85, 1.15)[:, None, None] * flat - seen
         deep = z - ((z @ known) / max(known.sum(), 1e-9))[:, None] - told
         square = (gap**2).sum(axis=-1)
-        misfits.append((0.15**2 * square / (0.15**2 + square)) @ weight + 0.1 * (0.2**2 * deep**2 / (0.2**2 + deep**2)) @ known)
+        misfits.append(
+            (0.15**2 * square / (0.15**2 + square)) @ weight
+            + 0.1 * (0.2**2 * deep**2 / (0.2**2 + deep**2)) @ known
+        )
     misfit = np.stack(misfits, axis=1)
     found: list[Likeness] = []
     places: list[FloatArray] = []
@@ -129,7 +153,13 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
         points = bank.points[number] @ turn.T
         if all(np.linalg.norm(points - other, axis=1).mean() > apart for other in places):
             places.append(points)
-            found.append(Likeness(int(number), np.asarray(rotmat_to_rotvec(turn @ bank.roots[number])), float(misfit[number, heading])))
+            found.append(
+                Likeness(
+                    int(number),
+                    np.asarray(rotmat_to_rotvec(turn @ bank.roots[number])),
+                    float(misfit[number, heading]),
+                )
+            )
         if len(found) == count:
             break
     return found
@@ -147,7 +177,8 @@ _BORDER = 0.1
 
 @dataclass(frozen=True)
 class Placed:
-    """A pose of the bank laid into a mask: its number, its orientation, and the camera that sees the middle of its hips at the origin."""
+    """A pose of the bank laid into a mask: its number, its orientation, and the camera that sees
+    the middle of its hips at the origin."""
 
     number: int
     root: FloatArray
@@ -155,15 +186,22 @@ class Placed:
     misfit: float
 
 
-def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float = 0.2) -> list[Placed]:
-    """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill it, the best first.
+def alike_outline(
+    bank: PoseBank, mask: MaskField, *, count: int, apart: float = 0.2
+) -> list[Placed]:
+    """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill
+    it, the best first.
 
-    Two of them differ by `apart` metres at least in the mean place of a landmark. The misfit is relative to the height.
+    Two of them differ by `apart` metres at least in the mean place of a landmark. The misfit is
+    relative to the height.
     """
     rows, columns = np.nonzero(mask.inside)
     if len(rows) < 50:
         return []
-    low, high = np.array([columns.min(), rows.min()]) * mask.step, np.array([columns.max() + 1, rows.max() + 1]) * mask.step
+    low, high = (
+        np.array([columns.min(), rows.min()]) * mask.step,
+        np.array([columns.max() + 1, rows.max() + 1]) * mask.step,
+    )
     chosen = np.random.default_rng(0).choice(len(rows), 80)
     spots = (np.stack([columns, rows], axis=1)[chosen] + 0.5) * mask.step
     steps = np.linspace(0, 1, 5)[:, None]
@@ -180,7 +218,9 @@ def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float =
         bones = (1 - steps) * flat[:, first, None] + steps * flat[:, last, None]
         pixels = scale[:, None, None] * bones.reshape(len(flat), -1, 2) + shift[:, None]
         cell = np.clip((pixels / mask.step).astype(int), 0, np.array(mask.inside.shape)[::-1] - 1)
-        outside = np.maximum(mask.distance[cell[..., 1], cell[..., 0]], 0).mean(axis=1) / (TYPICAL_HEIGHT * scale)
+        outside = np.maximum(mask.distance[cell[..., 1], cell[..., 0]], 0).mean(axis=1) / (
+            TYPICAL_HEIGHT * scale
+        )
         scores.append(outside + 0.05 * np.abs(np.log(ratio[:, 0] / ratio[:, 1])))
         frames.append((scale, shift, pixels))
     score = np.stack(scores, axis=1)
@@ -189,7 +229,13 @@ def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float =
         number, heading = np.unravel_index(place, score.shape)
         scale, _, pixels = (values[number] for values in frames[heading])
         gap = np.linalg.norm(spots[:, None] - pixels[None], axis=-1).min(axis=1)
-        filled.append((score[number, heading] + float(np.sqrt((gap**2).mean())) / (TYPICAL_HEIGHT * scale), int(number), int(heading)))
+        filled.append(
+            (
+                score[number, heading] + float(np.sqrt((gap**2).mean())) / (TYPICAL_HEIGHT * scale),
+                int(number),
+                int(heading),
+            )
+        )
     found: list[Placed] = []
     places: list[FloatArray] = []
     for misfit, number, heading in sorted(filled):
@@ -198,8 +244,17 @@ def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float =
         if all(np.linalg.norm(points - other, axis=1).mean() > apart for other in places):
             places.append(points)
             scale, shift, _ = (values[number] for values in frames[heading])
-            camera = OrthographicCamera(scale=float(scale), center_u=float(shift[0]), center_v=float(shift[1]))
-            found.append(Placed(number, np.asarray(rotmat_to_rotvec(turn @ bank.roots[number])), camera, float(misfit)))
+            camera = OrthographicCamera(
+                scale=float(scale), center_u=float(shift[0]), center_v=float(shift[1])
+            )
+            found.append(
+                Placed(
+                    number,
+                    np.asarray(rotmat_to_rotvec(turn @ bank.roots[number])),
+                    camera,
+                    float(misfit),
+                )
+            )
         if len(found) == count:
             break
     return found

@@ -1,4 +1,5 @@
-"""Pose prior: a Gaussian mixture over the angles of the rig (Eq. 18), fitted to CMU by ``scripts/fit_pose_prior.py``."""
+"""Pose prior: a Gaussian mixture over the angles of the rig (Eq. 18), fitted to CMU by
+``scripts/fit_pose_prior.py``."""
 
 from __future__ import annotations
 
@@ -64,12 +65,15 @@ class PosePrior:
         return constant
 
     def log_likelihood(self, angles: torch.Tensor) -> torch.Tensor:
-        """log Σ g_i N(θ; μ_i, Σ_i) of angles (..., D) → (...,), differentiable; Eq. 18 is its negative."""
+        """log Σ g_i N(θ; μ_i, Σ_i) of angles (..., D) → (...,), differentiable; Eq. 18 is its
+        negative."""
         import torch
 
         gap = angles[..., None, :] - torch.from_numpy(self.means).to(angles)
         white = (torch.from_numpy(self._whiten).to(angles) @ gap[..., None])[..., 0]
-        return torch.logsumexp(torch.from_numpy(self._constant).to(angles) - 0.5 * white.square().sum(-1), dim=-1)
+        return torch.logsumexp(
+            torch.from_numpy(self._constant).to(angles) - 0.5 * white.square().sum(-1), dim=-1
+        )
 
     @cached_property
     def best(self) -> float:
@@ -89,8 +93,12 @@ def load_pose_prior(path: str | os.PathLike[str] = SHIPPED) -> PosePrior:
         The file cannot be read or holds something else.
     """
     arrays = read_npz(path)
-    if missing := [name for name in ("weights", "means", "covariances", "names") if name not in arrays]:
-        raise InputError(f"{path} holds no pose prior: no array '{missing[0]}'; make one with scripts/fit_pose_prior.py")
+    if missing := [
+        name for name in ("weights", "means", "covariances", "names") if name not in arrays
+    ]:
+        raise InputError(
+            f"{path} holds no pose prior: no array '{missing[0]}'; make one with scripts/fit_pose_prior.py"
+        )
     return PosePrior(
         weights=arrays["weights"],
         means=arrays["means"],

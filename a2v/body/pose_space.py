@@ -1,7 +1,7 @@
 """The joints that a fit may bend: a few dozen angles with limits, instead of 104 free rotations.
 
-Each angle rotates one bone, or a chain of bones in equal shares (spine, neck), about a fixed anatomical axis given in
-world axes at rest. Limits are soft: the fit pays for passing them.
+Each angle rotates one bone, or a chain of bones in equal shares (spine, neck), about a fixed
+anatomical axis given in world axes at rest. Limits are soft: the fit pays for passing them.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from a2v.types import FloatArray, IntArray
 if TYPE_CHECKING:
     import torch
 
-# name: (bones, axis, low, high, natural, spread); radians. Axes: x, y, z of the world, or "arm" (along the upper arm),
-# "forearm", "hinge" (of the elbow, positive bends), "swing" (moves the arm forward), "leg" (along the thigh).
-# Written for the left side; the right mirrors it. Limits, natural angles and spreads (standard deviations of everyday standing poses)
-# were chosen by hand, not fitted: with a surface the fit takes `a2v.body.pose_prior` instead, which was.
+# name: (bones, axis, low, high, natural, spread); radians. Axes: x, y, z of the world, or "arm"
+# (along the upper arm), "forearm", "hinge" (of the elbow, positive bends), "swing" (moves the arm
+# forward), "leg" (along the thigh). Written for the left side; the right mirrors it. Limits,
+# natural angles and spreads (standard deviations of everyday standing poses) were chosen by hand,
+# not fitted: with a surface the fit takes `a2v.body.pose_prior` instead, which was.
 _CENTRAL: dict[str, tuple[tuple[str, ...], str, float, float, float, float]] = {
     "waist_bend": (("spine05", "spine04", "spine03"), "x", -0.4, 0.9, 0.0, 0.15),
     "waist_twist": (("spine05", "spine04", "spine03"), "y", -0.5, 0.5, 0.0, 0.15),
@@ -131,7 +132,11 @@ def pose_space(model: AnnyModel) -> PoseSpace:
     names: list[str] = []
     basis: list[np.ndarray] = []
     table: list[tuple[float, float, float, float]] = []
-    for prefix, letter, entries in (("", "", _CENTRAL), ("left_", ".L", _SIDED), ("right_", ".R", _SIDED)):
+    for prefix, letter, entries in (
+        ("", "", _CENTRAL),
+        ("left_", ".L", _SIDED),
+        ("right_", ".R", _SIDED),
+    ):
         for name, (bones, axis, *numbers) in entries.items():
             vector = axes[axis] * ((1.0, -1.0, -1.0) if prefix == "right_" else (1.0, 1.0, 1.0))
             row = np.zeros((model.n_bones, 3))
@@ -143,10 +148,15 @@ def pose_space(model: AnnyModel) -> PoseSpace:
     numbers_ = np.array(table, dtype=np.float32)
     swap = {"left": "right", "right": "left"}
     mirror = [
-        names.index(swap[name.split("_")[0]] + "_" + name.split("_", 1)[1]) if name.split("_")[0] in swap else i
+        names.index(swap[name.split("_")[0]] + "_" + name.split("_", 1)[1])
+        if name.split("_")[0] in swap
+        else i
         for i, name in enumerate(names)
     ]
-    sign = [-1.0 if mirror[i] == i and not name.endswith("bend") else 1.0 for i, name in enumerate(names)]
+    sign = [
+        -1.0 if mirror[i] == i and not name.endswith("bend") else 1.0
+        for i, name in enumerate(names)
+    ]
     return PoseSpace(
         names=tuple(names),
         basis=np.stack(basis).astype(np.float32),

@@ -1,7 +1,8 @@
 """The body models by name.
 
-The place to add one: write a class that keeps `BodyModel` in a file of its own, teach `a2v.body.parts` the names of its bones, and name
-it in `MODELS`. The fit runs on Anny and is carried over to it through its `joint_bones` (`a2v.body.carry`).
+The place to add one: write a class that keeps `BodyModel` in a file of its own, teach
+`a2v.body.parts` the names of its bones, and name it in `MODELS`. The fit runs on Anny and is
+carried over to it through its `joint_bones` (`a2v.body.carry`).
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ def load_body_model(name: Literal["anny"] = "anny") -> AnnyModel: ...
 @overload
 def load_body_model(name: str) -> BodyModel: ...
 def load_body_model(name: str = "anny") -> BodyModel:
-    """Load a body model: "anny", or the user's own file of an SMPL, SMPL-H or SMPL-X model (``.npz``; see `a2v.body.smpl`).
+    """Load a body model: "anny", or the user's own file of an SMPL, SMPL-H or SMPL-X model
+    (``.npz``; see `a2v.body.smpl`).
 
-    Later calls return the same Anny. The first call ever takes half a minute (see `a2v.body.anny_data`), later ones a second, most
-    of it torch's.
+    Later calls return the same Anny. The first call ever takes half a minute (see
+    `a2v.body.anny_data`), later ones a second, most of it torch's.
 
     Raises
     ------
@@ -46,5 +48,7 @@ def load_body_model(name: str = "anny") -> BodyModel:
     if name in MODELS:
         return MODELS[name]()
     if not name.lower().endswith(MODEL_SUFFIXES):
-        raise InputError(f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file")
+        raise InputError(
+            f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file"
+        )
     return SmplModel.load(name)

@@ -1,4 +1,5 @@
-"""Where a fit starts: from what the detector says; and where that leads nowhere, from recorded poses that look alike."""
+"""Where a fit starts: from what the detector says; and where that leads nowhere, from recorded
+poses that look alike."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ class Guess:
 
 
 def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> Guess:
-    """Camera and orientation from the keypoints, by several starts if no depth is known; the best after a short fit of the joints."""
+    """Camera and orientation from the keypoints, by several starts if no depth is known; the best
+    after a short fit of the joints."""
     guesses = []
     for unknowns in candidates(evidence, model):
         if evidence.has_depth:
@@ -40,8 +42,11 @@ def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> G
     return best
 
 
-def guess_by_landmarks(objective: Objective, model: AnnyModel, evidence: Evidence, *, starts: int) -> Guess | None:
-    """The best of some poses of the bank that look like the landmarks, after a short fit; None where too few are seen."""
+def guess_by_landmarks(
+    objective: Objective, model: AnnyModel, evidence: Evidence, *, starts: int
+) -> Guess | None:
+    """The best of some poses of the bank that look like the landmarks, after a short fit; None
+    where too few are seen."""
     bank, camera = load_pose_bank(model), candidates(evidence, model)[0].camera().flat
     guesses = []
     for like in alike(bank, evidence, count=starts):
@@ -52,12 +57,15 @@ def guess_by_landmarks(objective: Objective, model: AnnyModel, evidence: Evidenc
 
 
 def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings) -> Guess | None:
-    """The best of some poses of the bank that fill the mask, after a short fit with little trust in the landmarks; None without a mask."""
+    """The best of some poses of the bank that fill the mask, after a short fit with little trust in
+    the landmarks; None without a mask."""
     if evidence.mask is None or not len(evidence.mask.contour):
         return None
     bank, guesses = load_pose_bank(model), []
     for placed in alike_outline(bank, evidence.mask, count=settings.starts):
-        unknowns = _start(placed.root, bank.angles[placed.number], model, placed.camera, evidence.view)
+        unknowns = _start(
+            placed.root, bank.angles[placed.number], model, placed.camera, evidence.view
+        )
         doubted = evidence.doubted(TYPICAL_HEIGHT * placed.camera.scale)
         careful = Objective(model, doubted, settings)
         loss = np.inf
@@ -68,5 +76,14 @@ def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings
     return min(guesses, key=lambda guess: guess.loss, default=None)
 
 
-def _start(root: FloatArray, angles: FloatArray, model: AnnyModel, camera: OrthographicCamera, view: View) -> Unknowns:
-    return Unknowns.build(root=root, angles=angles, shape=model.shape_default, translation=np.zeros(3), camera=camera, view=view)
+def _start(
+    root: FloatArray, angles: FloatArray, model: AnnyModel, camera: OrthographicCamera, view: View
+) -> Unknowns:
+    return Unknowns.build(
+        root=root,
+        angles=angles,
+        shape=model.shape_default,
+        translation=np.zeros(3),
+        camera=camera,
+        view=view,
+    )

@@ -16,18 +16,22 @@ LEAST_DISTANCE = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """How `fit_body` weighs its evidence. Lengths called *relative* are fractions of the person's height.
+    """How `fit_body` weighs its evidence. Lengths called *relative* are fractions of the person's
+    height.
 
-    The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py`` measure what they do.
+    The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py``
+    measure what they do.
 
     Attributes
     ----------
     model : str
-        "anny", or the ``.npz`` file of an SMPL, SMPL-H or SMPL-X model: the fit itself always runs on Anny and is then carried over.
+        "anny", or the ``.npz`` file of an SMPL, SMPL-H or SMPL-X model: the fit itself always runs
+        on Anny and is then carried over.
     keypoint_sigma : float
         Expected error of a keypoint, relative.
     keypoint_robust : float
-        Scale of the Geman-McClure penalty of keypoints, relative: errors far larger count as outliers.
+        Scale of the Geman-McClure penalty of keypoints, relative: errors far larger count as
+        outliers.
     depth_weight : float
         Weight of the detector's 3D keypoints, used for the depth along each limb only.
     depth_sigma : float
@@ -51,7 +55,8 @@ class FitSettings:
     height_sigma : float
         Uncertainty of that height, metres.
     distance : float, optional
-        From the camera to the person, metres; 0: an orthographic camera. Without it the photo says: its focal length, else what is usual.
+        From the camera to the person, metres; 0: an orthographic camera. Without it the photo says:
+        its focal length, else what is usual.
     pose_weight : float
         Weight of the prior on pose, in the fit to the photo alone.
     shape_weight : float
@@ -69,8 +74,9 @@ class FitSettings:
     prior_weight : float
         λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
     starts : int
-        Number of recorded poses from which a fit that looks wrong starts again: as many that resemble the landmarks, then as many that fill
-        the mask. 0 switches off these starts and those of single limbs.
+        Number of recorded poses from which a fit that looks wrong starts again: as many that
+        resemble the landmarks, then as many that fill the mask. 0 switches off these starts and
+        those of single limbs.
     rounds : int
         Rounds with the silhouette or the surface; the correspondences are renewed at every one.
     steps : int
@@ -114,12 +120,18 @@ class FitSettings:
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
             if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
-                raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
+                raise InputError(
+                    f"FitSettings.{item.name} is {value}; expected a number of at least 0"
+                )
         if self.distance is not None and 0 < self.distance < LEAST_DISTANCE:
-            raise InputError(f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} metres, or 0 for an orthographic camera")
+            raise InputError(
+                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} metres, or 0 for an orthographic camera"
+            )
         if not 0 <= self.dense_pixels <= 4096:
             raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")
         if not 0 <= self.starts <= 100:
             raise InputError(f"FitSettings.starts is {self.starts}; expected 0 to 100")
         if self.rounds < 0 or self.steps < 1 or not 32 <= self.silhouette_size <= 2048:
-            raise InputError("FitSettings needs rounds >= 0, steps >= 1 and silhouette_size from 32 to 2048")
+            raise InputError(
+                "FitSettings needs rounds >= 0, steps >= 1 and silhouette_size from 32 to 2048"
+            )

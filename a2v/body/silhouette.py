@@ -21,11 +21,13 @@ class MaskField:
     Attributes
     ----------
     distance : (h, w) float32
-        Signed distance to the silhouette in photo pixels, positive outside; sampled at the working pixels' centres.
+        Signed distance to the silhouette in photo pixels, positive outside; sampled at the working
+        pixels' centres.
     step : float
         Photo pixels per working pixel.
     contour : (n, 2) float32
-        Points u, v of the silhouette in photo pixels; where the photo's own border cuts the person there are none.
+        Points u, v of the silhouette in photo pixels; where the photo's own border cuts the person
+        there are none.
     normals : (n, 2) float32
         Outward unit normals of `contour`.
     known : tuple of 4 float
@@ -42,7 +44,8 @@ class MaskField:
     inside: BoolArray
 
     def sample(self, pixels: torch.Tensor) -> torch.Tensor:
-        """Signed distance (...,) at pixels (..., 2), bilinear, differentiable; zero where the photo says nothing."""
+        """Signed distance (...,) at pixels (..., 2), bilinear, differentiable; zero where the photo
+        says nothing."""
         import torch
 
         field = torch.from_numpy(self.distance).to(pixels)
@@ -54,15 +57,24 @@ class MaskField:
         fraction = clamped - corner
         u, v = corner[..., 0], corner[..., 1]
         fu, fv = fraction[..., 0], fraction[..., 1]
-        value = (field[v, u] * (1 - fu) + field[v, u + 1] * fu) * (1 - fv) + (field[v + 1, u] * (1 - fu) + field[v + 1, u + 1] * fu) * fv
+        value = (field[v, u] * (1 - fu) + field[v, u + 1] * fu) * (1 - fv) + (
+            field[v + 1, u] * (1 - fu) + field[v + 1, u + 1] * fu
+        ) * fv
         # Beyond the working grid the distance keeps growing.
         value = value + ((position - clamped).abs().sum(dim=-1)) * self.step
         left, top, right, bottom = self.known
-        seen = (pixels[..., 0] > left) & (pixels[..., 0] < right) & (pixels[..., 1] > top) & (pixels[..., 1] < bottom)
+        seen = (
+            (pixels[..., 0] > left)
+            & (pixels[..., 0] < right)
+            & (pixels[..., 1] > top)
+            & (pixels[..., 1] < bottom)
+        )
         return torch.where(seen, value, torch.zeros_like(value))
 
 
-def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, size: int = 256) -> MaskField:
+def mask_field(
+    mask: FloatArray, known: tuple[float, float, float, float], *, size: int = 256
+) -> MaskField:
     """Distance field and contour of a mask (H, W) in [0, 1].
 
     Parameters
@@ -77,11 +89,19 @@ def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, si
 
     height, width = mask.shape
     step = max(height, width) / size
-    small = cv2.resize(mask.astype(np.float32), (max(2, round(width / step)), max(2, round(height / step))), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(
+        mask.astype(np.float32),
+        (max(2, round(width / step)), max(2, round(height / step))),
+        interpolation=cv2.INTER_AREA,
+    )
     inside = small > 0.5
     count, labels, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
     if count > 1:  # specks are no body
-        large = [label for label in range(1, count) if stats[label, cv2.CC_STAT_AREA] > 0.03 * stats[1:, cv2.CC_STAT_AREA].max()]
+        large = [
+            label
+            for label in range(1, count)
+            if stats[label, cv2.CC_STAT_AREA] > 0.03 * stats[1:, cv2.CC_STAT_AREA].max()
+        ]
         inside = np.isin(labels, large)
     if inside.all() or not inside.any():
         distance = np.zeros(inside.shape, np.float32)
@@ -103,7 +123,9 @@ def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, si
         points.append((pixel + 0.5 + 0.5 * normal) * step)
         normals.append(normal)
     contour = np.concatenate(points).astype(np.float32) if points else np.zeros((0, 2), np.float32)
-    outward = np.concatenate(normals).astype(np.float32) if normals else np.zeros((0, 2), np.float32)
+    outward = (
+        np.concatenate(normals).astype(np.float32) if normals else np.zeros((0, 2), np.float32)
+    )
     left, top, right, bottom = known
     margin = 1.5 * step
     keep = (
@@ -115,10 +137,13 @@ def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, si
     return MaskField(distance.astype(np.float32), step, contour[keep], outward[keep], known, inside)
 
 
-
-
 def rasterize(
-    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, shape: tuple[int, ...], *, step: float = 1.0
+    vertices: FloatArray,
+    faces: IntArray,
+    camera: OrthographicCamera,
+    shape: tuple[int, ...],
+    *,
+    step: float = 1.0,
 ) -> dict[str, Any]:
     """Cast one ray through every working pixel of an orthographic view (Embree by open3d).
 
@@ -133,15 +158,17 @@ def rasterize(
 
     Returns
     -------
-    dict with `mask` (h, w) bool, `depth` (h, w) float32 z in metres (-inf outside), `face` (h, w) int64 (-1 outside),
-    `barycentric` (h, w, 2) float32 open3d's u, v.
+    dict with `mask` (h, w) bool, `depth` (h, w) float32 z in metres (-inf outside), `face` (h, w)
+    int64 (-1 outside), `barycentric` (h, w, 2) float32 open3d's u, v.
     """
     scene = ray_scene(vertices, faces)
     height, width = shape
     u, v = np.meshgrid((np.arange(width) + 0.5) * step, (np.arange(height) + 0.5) * step)
     far = float(vertices[:, 2].max()) + 1.0
     origin = camera.unproject(np.stack([u, v], axis=-1), far)
-    rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=-1).astype(np.float32)
+    rays = np.concatenate(
+        [origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=-1
+    ).astype(np.float32)
     hits = scene.cast_rays(rays, nthreads=1)
     reach = hits["t_hit"].numpy()
     mask = np.isfinite(reach)
@@ -154,12 +181,16 @@ def rasterize(
 
 
 def rim_vertices(
-    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, raster: BoolArray, step: float
+    vertices: FloatArray,
+    faces: IntArray,
+    camera: OrthographicCamera,
+    raster: BoolArray,
+    step: float,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Vertices on the outline of the body as the camera sees it.
 
-    A vertex is on the rim if both front- and back-facing triangles meet there and the rendered mask's edge is near
-    (so rims in front of the body itself do not count).
+    A vertex is on the rim if both front- and back-facing triangles meet there and the rendered
+    mask's edge is near (so rims in front of the body itself do not count).
 
     Returns
     -------
@@ -210,8 +241,16 @@ class RimMatches:
     normals: torch.Tensor
 
 
-def match_rim(mask: MaskField, vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, *, height: float) -> RimMatches | None:
-    """Match points of the mask's contour to the rim of a body (V, 3); None where fewer than ten belong together.
+def match_rim(
+    mask: MaskField,
+    vertices: FloatArray,
+    faces: IntArray,
+    camera: OrthographicCamera,
+    *,
+    height: float,
+) -> RimMatches | None:
+    """Match points of the mask's contour to the rim of a body (V, 3); None where fewer than ten
+    belong together.
 
     `height` is the person's, in pixels: a match is nearer than 12 % of it (chosen by hand).
     """

@@ -27,12 +27,14 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def skin_vertices(count: int, faces: IntArray) -> IntArray:
-    """Which of a mesh's `count` vertices `outer_skin` keeps, (S,) int64 and rising; `faces` (F, 3)."""
+    """Which of a mesh's `count` vertices `outer_skin` keeps, (S,) int64 and rising; `faces` (F,
+    3)."""
     return np.unique(_largest_piece(count, faces))
 
 
 def _largest_piece(count: int, faces: IntArray) -> IntArray:
-    """The faces (G, 3) int64 of the largest connected piece, by faces, of a mesh of `count` vertices."""
+    """The faces (G, 3) int64 of the largest connected piece, by faces, of a mesh of `count`
+    vertices."""
     faces = np.asarray(faces, np.int64)
     piece = piece_of_faces(count, faces)
     return np.asarray(faces[piece == np.bincount(piece).argmax()])

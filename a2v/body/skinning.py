@@ -1,4 +1,5 @@
-"""What every body model is: a tree of bones, a skin that follows it (linear blend skinning), shape and pose in, vertices and bones out."""
+"""What every body model is: a tree of bones, a skin that follows it (linear blend skinning), shape
+and pose in, vertices and bones out."""
 
 from __future__ import annotations
 
@@ -49,10 +50,10 @@ class BodyState:
 class BodyModel(Protocol):
     """A parametric, skinned body.
 
-    Conventions that every model keeps: metres, y up, facing +z, the person's left on +x. In the rest pose (all
-    rotations zero) every bone's frame is parallel to the world's, so a rotation vector is given **in world axes at
-    rest**: ``world_j = world_parent(j) @ translate(head_j - head_parent(j)) @ rotate(rotvec_j)``. Entry 0 rotates the
-    whole body about the pelvis.
+    Conventions that every model keeps: metres, y up, facing +z, the person's left on +x. In the
+    rest pose (all rotations zero) every bone's frame is parallel to the world's, so a rotation
+    vector is given **in world axes at rest**: ``world_j = world_parent(j) @ translate(head_j -
+    head_parent(j)) @ rotate(rotvec_j)``. Entry 0 rotates the whole body about the pelvis.
     """
 
     name: str
@@ -64,7 +65,9 @@ class BodyModel(Protocol):
     shape_names: tuple[str, ...]
     shape_default: FloatArray  # (S,)
     shape_bounds: FloatArray  # (S, 2), lowest and highest plausible value
-    joint_bones: Mapping[str, str]  # names of joints, of those in JOINT_BONES, and the bone whose head each is
+    joint_bones: Mapping[
+        str, str
+    ]  # names of joints, of those in JOINT_BONES, and the bone whose head each is
 
     @property
     def n_shape(self) -> int:
@@ -81,14 +84,20 @@ class BodyModel(Protocol):
         return self.bone_names.index(name)
 
     def forward(
-        self, rotations: Tensor, shape: Tensor, translation: Tensor | None = None, *, vertex_ids: Tensor | None = None
+        self,
+        rotations: Tensor,
+        shape: Tensor,
+        translation: Tensor | None = None,
+        *,
+        vertex_ids: Tensor | None = None,
     ) -> BodyState:
         """Pose the body.
 
         Parameters
         ----------
         rotations : (..., B, 3)
-            Rotation vectors relative to the parent, in world axes at rest; zero is the rest pose. float32 or float64.
+            Rotation vectors relative to the parent, in world axes at rest; zero is the rest pose.
+            float32 or float64.
         shape : (..., S)
         translation : (..., 3), optional
             Metres, added to everything.
@@ -98,7 +107,8 @@ class BodyModel(Protocol):
         ...
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the bones (..., B, 3): the main child's head, or the tip of the flesh for a bone without children.
+        """Other ends of the bones (..., B, 3): the main child's head, or the tip of the flesh for a
+        bone without children.
 
         From posed vertices (..., V, 3) and bone heads (..., B, 3), all in metres.
         """
@@ -128,8 +138,11 @@ class BoneTree:
             previous, current = current, np.flatnonzero(np.isin(parents, current))
         self._inverse_order = torch.argsort(torch.cat([index for index, _ in self._levels]))
 
-    def pose(self, rotmats: Tensor, rest_heads: Tensor, translation: Tensor | None = None) -> Tensor:
-        """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads (..., B, 3)."""
+    def pose(
+        self, rotmats: Tensor, rest_heads: Tensor, translation: Tensor | None = None
+    ) -> Tensor:
+        """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads
+        (..., B, 3)."""
         import torch
 
         batch = np.broadcast_shapes(tuple(rotmats.shape[:-3]), tuple(rest_heads.shape[:-2]))
@@ -140,13 +153,17 @@ class BoneTree:
             if not linear_levels:
                 linear_levels.append(rotmats[..., index, :, :])
                 head = rest_heads[..., index, :]
-                head_levels.append(head if translation is None else head + translation[..., None, :])
+                head_levels.append(
+                    head if translation is None else head + translation[..., None, :]
+                )
                 continue
             parent_linear = linear_levels[-1][..., local_parent, :, :]
             parents = self._parents[index]
             step = rest_heads[..., index, :] - rest_heads[..., parents, :]
             linear_levels.append(parent_linear @ rotmats[..., index, :, :])
-            head_levels.append(head_levels[-1][..., local_parent, :] + (parent_linear @ step[..., None])[..., 0])
+            head_levels.append(
+                head_levels[-1][..., local_parent, :] + (parent_linear @ step[..., None])[..., 0]
+            )
         linear = torch.cat(linear_levels, dim=-3)[..., self._inverse_order, :, :]
         heads = torch.cat(head_levels, dim=-2)[..., self._inverse_order, :]
         top = torch.cat([linear, heads[..., None]], dim=-1)
@@ -154,7 +171,9 @@ class BoneTree:
         return torch.cat([top, bottom], dim=-2)
 
 
-def blend_skin(rest_vertices: Tensor, weights: Tensor, *, transforms: Tensor, rest_heads: Tensor) -> Tensor:
+def blend_skin(
+    rest_vertices: Tensor, weights: Tensor, *, transforms: Tensor, rest_heads: Tensor
+) -> Tensor:
     """Linear blend skinning: the posed vertices (..., V, 3), metres.
 
     Parameters
@@ -175,7 +194,9 @@ def blend_skin(rest_vertices: Tensor, weights: Tensor, *, transforms: Tensor, re
     return (blended[..., :3] @ rest_vertices[..., None])[..., 0] + blended[..., 3]
 
 
-def keep_recent(kept: dict[Key, Value], key: Key, make: Callable[[], Value], *, count: int = 4) -> Value:
+def keep_recent(
+    kept: dict[Key, Value], key: Key, make: Callable[[], Value], *, count: int = 4
+) -> Value:
     """`kept[key]`, made first if it is not there; the oldest of `count` entries goes for it.
 
     A fit asks for the same few vertices again and again.
@@ -217,17 +238,31 @@ def make_body(
     import torch
 
     values = _shape_values(model, shape)
-    rotvecs = np.zeros((model.n_bones, 3), np.float32) if rotations is None else np.asarray(rotations, dtype=np.float32)
+    rotvecs = (
+        np.zeros((model.n_bones, 3), np.float32)
+        if rotations is None
+        else np.asarray(rotations, dtype=np.float32)
+    )
     if rotvecs.shape != (model.n_bones, 3):
-        raise InputError(f"body rotations have shape {rotvecs.shape}; expected ({model.n_bones}, 3)")
-    move = np.zeros(3, np.float32) if translation is None else np.asarray(translation, dtype=np.float32)
+        raise InputError(
+            f"body rotations have shape {rotvecs.shape}; expected ({model.n_bones}, 3)"
+        )
+    move = (
+        np.zeros(3, np.float32)
+        if translation is None
+        else np.asarray(translation, dtype=np.float32)
+    )
     with torch.no_grad():
-        state = model.forward(torch.from_numpy(rotvecs), torch.from_numpy(values), torch.from_numpy(move))
+        state = model.forward(
+            torch.from_numpy(rotvecs), torch.from_numpy(values), torch.from_numpy(move)
+        )
         if grounded:
             pelvis = state.joints[0]
             shift = -torch.stack([pelvis[0], state.vertices[:, 1].min(), pelvis[2]])
             move = move + shift.numpy()
-            state = model.forward(torch.from_numpy(rotvecs), torch.from_numpy(values), torch.from_numpy(move))
+            state = model.forward(
+                torch.from_numpy(rotvecs), torch.from_numpy(values), torch.from_numpy(move)
+            )
         tails = model.tails(state.vertices, state.joints)
         rest = np.tile(np.eye(4, dtype=np.float32), (model.n_bones, 1, 1))
         rest[:, :3, 3] = state.rest_heads.numpy()
@@ -251,7 +286,9 @@ def _shape_values(model: BodyModel, shape: FloatArray | Mapping[str, float] | No
     """All shape parameters (S,) float32 of `make_body`'s `shape`."""
     if isinstance(shape, Mapping):
         if unknown := [name for name in shape if name not in model.shape_names]:
-            raise InputError(f"unknown shape parameter '{unknown[0]}'; choose from {', '.join(model.shape_names)}")
+            raise InputError(
+                f"unknown shape parameter '{unknown[0]}'; choose from {', '.join(model.shape_names)}"
+            )
         values = model.shape_default.copy()
         for key, value in shape.items():
             values[model.shape_names.index(key)] = value

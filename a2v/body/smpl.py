@@ -1,8 +1,10 @@
-"""The SMPL family (SMPL, SMPL-H, SMPL-X) from the user's own file (Loper et al. 2015; Romero et al. 2017; Pavlakos et al. 2019).
+"""The SMPL family (SMPL, SMPL-H, SMPL-X) from the user's own file (Loper et al. 2015; Romero et al.
+2017; Pavlakos et al. 2019).
 
-The models are free for research only, so none is shipped; nor is `smplx` needed, whose licence is the same: the few lines of linear
-blend skinning are those of any such model. What is read is the ``.npz`` of the models' sites (arrays ``v_template``, ``shapedirs``, ``posedirs``, ``J_regressor``, ``weights``,
-``kintree_table``, ``f``). Pickles are not opened, since they can run any program.
+The models are free for research only, so none is shipped; nor is `smplx` needed, whose licence is
+the same: the few lines of linear blend skinning are those of any such model. What is read is the
+``.npz`` of the models' sites (arrays ``v_template``, ``shapedirs``, ``posedirs``, ``J_regressor``,
+``weights``, ``kintree_table``, ``f``). Pickles are not opened, since they can run any program.
 """
 
 from __future__ import annotations
@@ -52,15 +54,18 @@ JOINTS: dict[int, tuple[str, tuple[str, ...]]] = {
 _LIMB_JOINTS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 _JOINT_BONES = {
     **{"hips": "pelvis", "neck": "neck", "head": "head"},
-    **{f"{side}_{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in _LIMB_JOINTS},
+    **{
+        f"{side}_{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in _LIMB_JOINTS
+    },
 }
 
 
 class SmplModel(BodyModel):
     """A model of the SMPL family as a `BodyModel`.
 
-    Joints carry SMPL's names. Rotation vectors are in world axes at rest (SMPL's own convention); shape parameters are its
-    first ten betas. The rest pose is the T-pose, the pelvis a little below the origin.
+    Joints carry SMPL's names. Rotation vectors are in world axes at rest (SMPL's own convention);
+    shape parameters are its first ten betas. The rest pose is the T-pose, the pelvis a little below
+    the origin.
     """
 
     joint_bones = _JOINT_BONES
@@ -84,7 +89,9 @@ class SmplModel(BodyModel):
         self._poses = torch.from_numpy(np.ascontiguousarray(poses.reshape(-1, poses.shape[-1]).T))
         regressor = arrays["J_regressor"].astype(np.float64)
         self._joints = tuple(
-            torch.from_numpy(np.einsum("jv,v...->j...", regressor, value.numpy()).astype(np.float32))
+            torch.from_numpy(
+                np.einsum("jv,v...->j...", regressor, value.numpy()).astype(np.float32)
+            )
             for value in (self._template, self._shapes)
         )
         self._kept: dict[tuple[bytes | None, torch.dtype], tuple[Tensor, ...]] = {}
@@ -98,12 +105,18 @@ class SmplModel(BodyModel):
         Raises
         ------
         InputError
-            The file is missing, no ``.npz``, too large, or not of this format; what is wrong is named.
+            The file is missing, no ``.npz``, too large, or not of this format; what is wrong is
+            named.
         """
         return cls(_read(Path(path)))
 
     def forward(
-        self, rotations: Tensor, shape: Tensor, translation: Tensor | None = None, *, vertex_ids: Tensor | None = None
+        self,
+        rotations: Tensor,
+        shape: Tensor,
+        translation: Tensor | None = None,
+        *,
+        vertex_ids: Tensor | None = None,
     ) -> BodyState:
         """Pose the body, as in `BodyModel.forward`."""
         import torch
@@ -111,16 +124,24 @@ class SmplModel(BodyModel):
         batch = np.broadcast_shapes(tuple(rotations.shape[:-2]), tuple(shape.shape[:-1]))
         rotvecs = rotations.expand(*batch, self.n_bones, 3).reshape(-1, self.n_bones, 3)
         betas = shape.expand(*batch, self.n_shape).reshape(-1, self.n_shape)
-        template, shapes, poses, weights, joints, joint_shapes = self._arrays(vertex_ids, betas.dtype)
+        template, shapes, poses, weights, joints, joint_shapes = self._arrays(
+            vertex_ids, betas.dtype
+        )
         rest = template + torch.einsum("ns,vcs->nvc", betas, shapes)
         heads = joints + torch.einsum("ns,jcs->njc", betas, joint_shapes)
         rotmats = rotvec_to_rotmat(rotvecs)
         moves = None if translation is None else translation.expand(*batch, 3).reshape(-1, 3)
         transforms = self._tree.pose(rotmats, heads, moves)
-        bent = ((rotmats[:, 1:] - torch.eye(3, dtype=betas.dtype)).flatten(1) @ poses).reshape(rest.shape)
+        bent = ((rotmats[:, 1:] - torch.eye(3, dtype=betas.dtype)).flatten(1) @ poses).reshape(
+            rest.shape
+        )
         posed = blend_skin(rest + bent, weights, transforms=transforms, rest_heads=heads)
-        shaped = [value.reshape(*batch, *value.shape[1:]) for value in (posed, transforms, heads, rest)]
-        return BodyState(vertices=shaped[0], transforms=shaped[1], rest_heads=shaped[2], rest_vertices=shaped[3])
+        shaped = [
+            value.reshape(*batch, *value.shape[1:]) for value in (posed, transforms, heads, rest)
+        ]
+        return BodyState(
+            vertices=shaped[0], transforms=shaped[1], rest_heads=shaped[2], rest_vertices=shaped[3]
+        )
 
     def _arrays(self, vertex_ids: Tensor | None, dtype: torch.dtype) -> tuple[Tensor, ...]:
         """Template, shapes, pose corrections and weights of some vertices, and the joints' own."""
@@ -128,16 +149,32 @@ class SmplModel(BodyModel):
         def chosen() -> tuple[Tensor, ...]:
             ids = slice(None) if vertex_ids is None else vertex_ids
             poses = self._poses.reshape(len(self._poses), -1, 3)[:, ids].flatten(1)
-            found = (self._template[ids], self._shapes[ids], poses, self._weights[ids], *self._joints)
+            found = (
+                self._template[ids],
+                self._shapes[ids],
+                poses,
+                self._weights[ids],
+                *self._joints,
+            )
             return tuple(value.to(dtype) for value in found)
 
-        return keep_recent(self._kept, (None if vertex_ids is None else vertex_ids.numpy().tobytes(), dtype), chosen)
+        return keep_recent(
+            self._kept,
+            (None if vertex_ids is None else vertex_ids.numpy().tobytes(), dtype),
+            chosen,
+        )
 
     def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
-        """Other ends of the joints' bones (..., B, 3): the main child's joint, or the flesh's tip."""
+        """Other ends of the joints' bones (..., B, 3): the main child's joint, or the flesh's
+        tip."""
         import torch
 
-        main = {"pelvis": "spine1", "spine3": "neck", "left_wrist": "left_middle1", "right_wrist": "right_middle1"}
+        main = {
+            "pelvis": "spine1",
+            "spine3": "neck",
+            "left_wrist": "left_middle1",
+            "right_wrist": "right_middle1",
+        }
         ends = []
         for bone, name in enumerate(self.bone_names):
             children = np.flatnonzero(self.bone_parents == bone)
@@ -156,7 +193,11 @@ class SmplModel(BodyModel):
 
         points = []
         for joint, ids in self._landmark_table:
-            points.append(state.joints[..., joint, :] if joint is not None else state.vertices[..., torch.from_numpy(ids), :].mean(dim=-2))
+            points.append(
+                state.joints[..., joint, :]
+                if joint is not None
+                else state.vertices[..., torch.from_numpy(ids), :].mean(dim=-2)
+            )
         return torch.stack(points, dim=-2)
 
     @cached_property
@@ -166,7 +207,11 @@ class SmplModel(BodyModel):
         tips = {}
         for bone in np.flatnonzero(~np.isin(np.arange(self.n_bones), self.bone_parents)):
             own = np.flatnonzero(self.weights[:, bone] >= min(0.5, self.weights[:, bone].max()))
-            tips[int(bone)] = own[np.argsort((rest[own] - heads[bone]) @ (heads[bone] - heads[self.bone_parents[bone]]))[-4:]]
+            tips[int(bone)] = own[
+                np.argsort(
+                    (rest[own] - heads[bone]) @ (heads[bone] - heads[self.bone_parents[bone]])
+                )[-4:]
+            ]
         return tips
 
     @cached_property
@@ -184,22 +229,29 @@ class SmplModel(BodyModel):
             if f"{side}_{joint}" in self.bone_names:
                 table.append((self.bone_names.index(f"{side}_{joint}"), none))
             elif joint in ("pinky", "index", "thumb"):
-                hand = f"{side}_{joint}1" if f"{side}_{joint}1" in self.bone_names else f"{side}_hand"
+                hand = (
+                    f"{side}_{joint}1" if f"{side}_{joint}1" in self.bone_names else f"{side}_hand"
+                )
                 table.append((self.bone_names.index(hand), none))
             elif joint in ("heel", "foot_index"):
                 foot = np.flatnonzero(self.parts == PARTS.index(f"{side}_foot"))
                 order = foot[np.argsort(rest[foot, 2])]
                 table.append((None, order[:4] if joint == "heel" else order[-4:]))
             else:  # of the face: the nearest vertex to its usual place relative to the tip of the nose
-                along, up = {"ear": (0.5, 0.2), "eye": (0.2, 0.22), "eye_inner": (0.1, 0.22), "eye_outer": (0.3, 0.22)}.get(
-                    joint, (0.0, 0.0)
-                )
+                along, up = {
+                    "ear": (0.5, 0.2),
+                    "eye": (0.2, 0.22),
+                    "eye_inner": (0.1, 0.22),
+                    "eye_outer": (0.3, 0.22),
+                }.get(joint, (0.0, 0.0))
                 if name.startswith("mouth"):
                     along, up = 0.16, -0.2
                 place = rest[nose] + wide * np.array([sign * along, up, 0.0])
                 flat = ((rest[skull, :2] - place[:2]) ** 2).sum(axis=1)
                 if joint != "ear":
-                    flat[rest[skull, 2] < np.median(rest[skull, 2])] = np.inf  # not the back of the head
+                    flat[rest[skull, 2] < np.median(rest[skull, 2])] = (
+                        np.inf
+                    )  # not the back of the head
                 table.append((None, skull[[int(flat.argmin())]]))
         return table
 
@@ -212,32 +264,63 @@ def _parents(table: np.ndarray) -> IntArray:
 
 def _read(path: Path) -> dict[str, np.ndarray]:
     if path.suffix.lower() == ".pkl":
-        raise InputError(f"{path} is a pickle, which can run any program; convert it to .npz first (docs/body.md shows how)")
-    needed = {"v_template": 2, "shapedirs": 3, "posedirs": 3, "J_regressor": 2, "weights": 2, "kintree_table": 2, "f": 2}
+        raise InputError(
+            f"{path} is a pickle, which can run any program; convert it to .npz first (docs/body.md shows how)"
+        )
+    needed = {
+        "v_template": 2,
+        "shapedirs": 3,
+        "posedirs": 3,
+        "J_regressor": 2,
+        "weights": 2,
+        "kintree_table": 2,
+        "f": 2,
+    }
     expected = "the .npz of an SMPL, SMPL-H or SMPL-X model"
-    with reading(path, "readable .npz", expected), open_file(path) as stream, np.load(stream, allow_pickle=False) as archive:
+    with (
+        reading(path, "readable .npz", expected),
+        open_file(path) as stream,
+        np.load(stream, allow_pickle=False) as archive,
+    ):
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise InputError(f"{path} holds a single array; expected an SMPL model as .npz")
-        sizes = {} if archive.zip is None else {item.filename.removesuffix(".npy"): item.file_size for item in archive.zip.infolist()}
+        sizes = (
+            {}
+            if archive.zip is None
+            else {
+                item.filename.removesuffix(".npy"): item.file_size
+                for item in archive.zip.infolist()
+            }
+        )
         if missing := [name for name in needed if name not in archive.files]:
             raise InputError(f"{path} is no SMPL model: it has no array {', '.join(missing)}")
         if sum(sizes.get(name, 0) for name in needed) > MAX_MODEL_BYTES:
-            raise InputError(f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it")
-        arrays = {name: archive[name] for name in needed}  # the others of SMPL-X hold pickled objects
+            raise InputError(
+                f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it"
+            )
+        arrays = {
+            name: archive[name] for name in needed
+        }  # the others of SMPL-X hold pickled objects
     with reading(path, "usable SMPL model", expected):
         return _checked(path, arrays, needed)
 
 
-def _checked(path: Path, arrays: dict[str, np.ndarray], needed: dict[str, int]) -> dict[str, np.ndarray]:
+def _checked(
+    path: Path, arrays: dict[str, np.ndarray], needed: dict[str, int]
+) -> dict[str, np.ndarray]:
     """The arrays, which have the numbers of dimensions `needed` and fit each other."""
     for name, dimensions in needed.items():
         if arrays[name].dtype.kind not in "fiu":
             raise InputError(f"{path}: {name} has the type {arrays[name].dtype}; expected numbers")
         if arrays[name].ndim != dimensions or not np.isfinite(arrays[name]).all():
-            raise InputError(f"{path}: {name} has shape {arrays[name].shape}; expected {dimensions} dimensions of finite numbers")
+            raise InputError(
+                f"{path}: {name} has shape {arrays[name].shape}; expected {dimensions} dimensions of finite numbers"
+            )
     vertices, bones = len(arrays["v_template"]), arrays["kintree_table"].shape[1]
     if bones not in JOINTS:
-        raise InputError(f"{path} has {bones} joints; expected {', '.join(f'{count} ({name})' for count, (name, _) in JOINTS.items())}")
+        raise InputError(
+            f"{path} has {bones} joints; expected {', '.join(f'{count} ({name})' for count, (name, _) in JOINTS.items())}"
+        )
     wanted = {
         "v_template": (vertices, 3),
         "shapedirs": (vertices, 3, arrays["shapedirs"].shape[2]),
@@ -250,7 +333,11 @@ def _checked(path: Path, arrays: dict[str, np.ndarray], needed: dict[str, int]) 
         if arrays[name].shape != shape:
             raise InputError(f"{path}: {name} has shape {arrays[name].shape}; expected {shape}")
     faces, parents = arrays["f"], _parents(arrays["kintree_table"])
-    if not np.issubdtype(faces.dtype, np.integer) or faces.astype(np.int64).min(initial=0) < 0 or faces.max(initial=0) >= vertices:
+    if (
+        not np.issubdtype(faces.dtype, np.integer)
+        or faces.astype(np.int64).min(initial=0) < 0
+        or faces.max(initial=0) >= vertices
+    ):
         raise InputError(f"{path}: f names vertices that are not there")
     if (parents[1:] < 0).any() or (parents[1:] >= np.arange(1, bones)).any():
         raise InputError(f"{path}: kintree_table does not list parents before children")

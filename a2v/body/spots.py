@@ -1,4 +1,5 @@
-"""Where points near a body's skin lie on it: part, place at rest, and what the other side has there."""
+"""Where points near a body's skin lie on it: part, place at rest, and what the other side has
+there."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ class Spots:
     parts : (V,) int8
         Index into `a2v.body.PARTS`.
     places : (V, 3) float64
-        Where the spot lies in the body's rest pose, metres; the person's left on +x, y up, facing +z.
+        Where the spot lies in the body's rest pose, metres; the person's left on +x, y up, facing
+        +z.
     normals : (V, 3) float64
         Of the skin there.
     scalp : (V,) bool
@@ -53,11 +55,15 @@ class Spots:
     bare: BoolArray
 
     def twins(self, among: BoolArray, *, within: float) -> IntArray:
-        """Which point (V,) of those `among` (V,) has the spot that each one's mirrored spot is nearest to; -1 where none is `within` metres."""
+        """Which point (V,) of those `among` (V,) has the spot that each one's mirrored spot is
+        nearest to; -1 where none is `within` metres."""
         from scipy.spatial import cKDTree
 
         other = np.array([-1.0, 1.0, 1.0])
-        here, there = (np.concatenate([self.places * side, TURNED * self.normals * side], axis=1) for side in (1.0, other))
+        here, there = (
+            np.concatenate([self.places * side, TURNED * self.normals * side], axis=1)
+            for side in (1.0, other)
+        )
         numbers = np.flatnonzero(among)
         if not len(numbers):
             return np.full(len(among), -1)
@@ -66,7 +72,8 @@ class Spots:
 
 
 def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
-    """The spot of a body's skin nearest to each point (V, 3), metres: quick and coarse; `a2v.animation.bind` also looks at normals."""
+    """The spot of a body's skin nearest to each point (V, 3), metres: quick and coarse;
+    `a2v.animation.bind` also looks at normals."""
     from scipy.spatial import cKDTree
 
     return spots_of(np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1]), body)
@@ -77,12 +84,19 @@ def spots_of(nearest: IntArray, body: Body) -> Spots:
     rest = rest_vertices(body)
     normals = np.asarray(vertex_normals(rest, np.asarray(body.faces)), np.float64)
     parts = np.asarray(body.parts)
-    return Spots(parts[nearest].astype(np.int8), rest[nearest], normals[nearest], *(area[nearest] for area in _hair_line(rest, parts)))
+    return Spots(
+        parts[nearest].astype(np.int8),
+        rest[nearest],
+        normals[nearest],
+        *(area[nearest] for area in _hair_line(rest, parts)),
+    )
 
 
 def moved_from_rest(body: Body) -> FloatArray:
     """Each vertex's blend (V, 3, 4) float64 of how its bones moved from the rest pose."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
+        body.rest_transforms.astype(np.float64)
+    )
     return np.asarray(np.tensordot(body.weights.astype(np.float64), moved[:, :3], axes=1))
 
 
@@ -101,6 +115,10 @@ def _hair_line(rest: FloatArray, parts: IntArray) -> tuple[BoolArray, BoolArray]
     x, y, z = (rest - [np.median(rest[head, 0]), 0, 0]).T
     ears = head & (np.abs(x) > _HELIX * np.abs(x[head]).max())
     level, depth, top = y[ears].mean(), z[ears].mean(), y[head].max()
-    behind = (z < depth - _EARS) & (y > level - _NAPE) | (z < depth + _TEMPLE[1]) & (y > level + _TEMPLE[0])
-    scalp = (head | (parts == PARTS.index("neck"))) & (behind | (y > level + _CROWN * (top - level)))
+    behind = (z < depth - _EARS) & (y > level - _NAPE) | (z < depth + _TEMPLE[1]) & (
+        y > level + _TEMPLE[0]
+    )
+    scalp = (head | (parts == PARTS.index("neck"))) & (
+        behind | (y > level + _CROWN * (top - level))
+    )
     return scalp, head & (z > depth + _CHEEK) & (y < level + _FOREHEAD * (top - level))

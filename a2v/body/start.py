@@ -14,7 +14,8 @@ from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 _HIPS = 0.073
-"""The hips of Anny's default adult above the model's origin, metres; roughly, which is enough for a start."""
+"""The hips of Anny's default adult above the model's origin, metres; roughly, which is enough for a
+start."""
 _TRUNK = 0.29
 """Its trunk by its height, roughly."""
 
@@ -22,23 +23,39 @@ _TRUNK = 0.29
 def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
     """Starts worth trying.
 
-    One if the detector gave 3D keypoints; otherwise the natural standing pose at several yaw angles, ordered by what
-    the shoulders and hips say.
+    One if the detector gave 3D keypoints; otherwise the natural standing pose at several yaw
+    angles, ordered by what the shoulders and hips say.
     """
     space = pose_space(model)
     camera = OrthographicCamera(scale=evidence.height / TYPICAL_HEIGHT, center_u=0.0, center_v=0.0)
     pelvis = (
-        _middle(evidence, "hip") if _seen(evidence, "hip") else _middle(evidence, "shoulder") + np.array([0.0, _TRUNK * evidence.height])
+        _middle(evidence, "hip")
+        if _seen(evidence, "hip")
+        else _middle(evidence, "shoulder") + np.array([0.0, _TRUNK * evidence.height])
     )
-    camera = OrthographicCamera(scale=camera.scale, center_u=float(pelvis[0]), center_v=float(pelvis[1] + camera.scale * _HIPS))
+    camera = OrthographicCamera(
+        scale=camera.scale,
+        center_u=float(pelvis[0]),
+        center_v=float(pelvis[1] + camera.scale * _HIPS),
+    )
     return [
-        Unknowns.build(root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera, view=evidence.view)
+        Unknowns.build(
+            root=root,
+            angles=space.natural,
+            shape=model.shape_default,
+            translation=np.zeros(3),
+            camera=camera,
+            view=evidence.view,
+        )
         for root in _orientations(evidence)
     ]
 
 
 def _seen(evidence: Evidence, joint: str) -> bool:
-    return bool(min(evidence.confidence[LANDMARK_INDEX[f"{side}_{joint}"]] for side in ("left", "right")) > 0.2)
+    return bool(
+        min(evidence.confidence[LANDMARK_INDEX[f"{side}_{joint}"]] for side in ("left", "right"))
+        > 0.2
+    )
 
 
 def _middle(evidence: Evidence, joint: str) -> FloatArray:
@@ -51,11 +68,25 @@ def _middle(evidence: Evidence, joint: str) -> FloatArray:
 
 def _orientations(evidence: Evidence) -> list[FloatArray]:
     """Rotation vectors of the whole body worth starting from."""
-    trunk = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("shoulder", "hip")]
+    trunk = [
+        LANDMARK_INDEX[f"{side}_{joint}"]
+        for side in ("left", "right")
+        for joint in ("shoulder", "hip")
+    ]
     if evidence.points is not None and np.isfinite(evidence.points[trunk]).all():
         point = {name: evidence.points[index] for name, index in LANDMARK_INDEX.items()}
-        left = point["left_shoulder"] - point["right_shoulder"] + point["left_hip"] - point["right_hip"]
-        up = point["left_shoulder"] + point["right_shoulder"] - point["left_hip"] - point["right_hip"]
+        left = (
+            point["left_shoulder"]
+            - point["right_shoulder"]
+            + point["left_hip"]
+            - point["right_hip"]
+        )
+        up = (
+            point["left_shoulder"]
+            + point["right_shoulder"]
+            - point["left_hip"]
+            - point["right_hip"]
+        )
         up = up / np.linalg.norm(up)
         left = left - up * (left @ up)
         left = left / np.linalg.norm(left)

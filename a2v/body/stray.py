@@ -1,4 +1,5 @@
-"""A limb that the fit left where the photo does not show it, or at a doubtful depth: starts that change this limb alone, all else as it is."""
+"""A limb that the fit left where the photo does not show it, or at a doubtful depth: starts that
+change this limb alone, all else as it is."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from a2v.body.unknowns import Unknowns
 from a2v.types import FloatArray, IntArray
 
 STRAY = 0.045
-"""A limb is stray whose worst landmark is farther from the photo's, relative to the height. Where nothing is wrong the worst is at 1 to 3.5 %."""
+"""A limb is stray whose worst landmark is farther from the photo's, relative to the height. Where
+nothing is wrong the worst is at 1 to 3.5 %."""
 _TRIED = 5
 """Starts of a limb at most."""
 _APART = 0.25
@@ -35,18 +37,30 @@ _ANGLES = {"arm": ("collar", "arm", "elbow", "forearm", "wrist"), "leg": ("hip",
 
 
 def stray_limbs(objective: Objective, unknowns: Unknowns) -> dict[str, float]:
-    """The arms and legs that lie elsewhere than the photo's landmarks, the worst first: how far, relative to the height.
+    """The arms and legs that lie elsewhere than the photo's landmarks, the worst first: how far,
+    relative to the height.
 
     Both legs together are none: seen from above they look short, and bent anew they would kneel.
     """
     error = np.where(objective.evidence.confidence > 0.3, objective.landmark_gaps(unknowns), 0.0)
-    worst = {limb: float(error[list(places)].max()) for limb, places in LIMBS.items() if limb.endswith(tuple(_ANGLES))}
-    stray = {limb: gap for limb, gap in sorted(worst.items(), key=lambda item: -item[1]) if gap > STRAY}
-    return stray if not stray.keys() >= _LEGS else {limb: gap for limb, gap in stray.items() if limb not in _LEGS}
+    worst = {
+        limb: float(error[list(places)].max())
+        for limb, places in LIMBS.items()
+        if limb.endswith(tuple(_ANGLES))
+    }
+    stray = {
+        limb: gap for limb, gap in sorted(worst.items(), key=lambda item: -item[1]) if gap > STRAY
+    }
+    return (
+        stray
+        if not stray.keys() >= _LEGS
+        else {limb: gap for limb, gap in stray.items() if limb not in _LEGS}
+    )
 
 
 def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> Unknowns | None:
-    """Stray limbs bent as in some recorded pose, where that lowers the objective after a short fit; None where it does for none."""
+    """Stray limbs bent as in some recorded pose, where that lowers the objective after a short fit;
+    None where it does for none."""
     tried: set[str] = set()
     found = unknowns
     while limbs := [limb for limb in stray_limbs(objective, found) if limb not in tried]:
@@ -55,8 +69,11 @@ def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> U
     return None if found is unknowns else found
 
 
-def mend_doubtful(objective: Objective, model: AnnyModel, unknowns: Unknowns, errors: Mapping[str, float]) -> Unknowns | None:
-    """The same for arms and legs that are expected (`limb_errors`) to be `DOUBTFUL` in depth, the worst first."""
+def mend_doubtful(
+    objective: Objective, model: AnnyModel, unknowns: Unknowns, errors: Mapping[str, float]
+) -> Unknowns | None:
+    """The same for arms and legs that are expected (`limb_errors`) to be `DOUBTFUL` in depth, the
+    worst first."""
     found = unknowns
     for limb in sorted(errors, key=lambda limb: -errors[limb]):
         if limb.endswith(tuple(_ANGLES)) and errors[limb] > DOUBTFUL:
@@ -65,9 +82,12 @@ def mend_doubtful(objective: Objective, model: AnnyModel, unknowns: Unknowns, er
 
 
 def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
-    """Whether of two `FitResult.residuals` the first has the lower loss and covers the mask as well: landmarks alone may be wrong."""
+    """Whether of two `FitResult.residuals` the first has the lower loss and covers the mask as
+    well: landmarks alone may be wrong."""
     lower = sum(found["loss"].values()) < sum(before["loss"].values())
-    return bool(lower and found.get("silhouette_iou", 1.0) > before.get("silhouette_iou", 1.0) - _LEAVES)
+    return bool(
+        lower and found.get("silhouette_iou", 1.0) > before.get("silhouette_iou", 1.0) - _LEAVES
+    )
 
 
 def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> Unknowns:
@@ -85,8 +105,11 @@ def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: st
     return best
 
 
-def _starts(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> list[FloatArray]:
-    """Angles (D,) of the fit with those of `limb` from the bank, whose landmarks cost least as the trunk lies, the best first."""
+def _starts(
+    objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str
+) -> list[FloatArray]:
+    """Angles (D,) of the fit with those of `limb` from the bank, whose landmarks cost least as the
+    trunk lies, the best first."""
     own = _angles_of(limb, objective.space)
     bank = load_pose_bank(model).angles
     poses = np.tile(unknowns.angles.detach().numpy().astype(np.float32), (len(bank), 1))
@@ -95,7 +118,10 @@ def _starts(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: st
     places = landmarks[:, list(LIMBS[limb])]
     chosen: list[int] = []
     for number in np.argsort(costs)[:500]:
-        if all(np.linalg.norm(places[number] - places[other], axis=1).mean() > _APART for other in chosen):
+        if all(
+            np.linalg.norm(places[number] - places[other], axis=1).mean() > _APART
+            for other in chosen
+        ):
             chosen.append(int(number))
         if len(chosen) == _TRIED:
             break

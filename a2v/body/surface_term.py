@@ -1,4 +1,5 @@
-"""A surface as evidence for a body: its samples, their matches on the body (Eq. 17), the joints inside of it (Eq. 16)."""
+"""A surface as evidence for a body: its samples, their matches on the body (Eq. 17), the joints
+inside of it (Eq. 16)."""
 
 from __future__ import annotations
 
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
     import torch
 
 # Landmarks inside of the flesh: their depth is the middle of the limb that the ray passes.
-_INSIDE = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle"))
+_INSIDE = tuple(
+    f"{side}_{joint}"
+    for side in ("left", "right")
+    for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +42,15 @@ class SurfaceSamples:
     target_weights: FloatArray
 
     @classmethod
-    def build(cls, surface: Surface, camera: PhotoCamera, evidence: Evidence, *, seed: int = 0, count: int = 1500) -> SurfaceSamples:
+    def build(
+        cls,
+        surface: Surface,
+        camera: PhotoCamera,
+        evidence: Evidence,
+        *,
+        seed: int = 0,
+        count: int = 1500,
+    ) -> SurfaceSamples:
         """Sample a surface (in the frame of `camera`) and put the keypoints inside of it."""
         corner = surface.vertices[surface.faces].astype(np.float64)
         normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -56,7 +69,9 @@ class SurfaceSamples:
     def mean_distance(self, vertices: FloatArray, faces: IntArray) -> float:
         """Mean distance in metres from the samples to the body's surface."""
         scene = ray_scene(vertices, faces)
-        return float(scene.compute_distance(self.points.astype(np.float32), nthreads=1).numpy().mean())
+        return float(
+            scene.compute_distance(self.points.astype(np.float32), nthreads=1).numpy().mean()
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +90,11 @@ class SurfaceMatches:
     normals: torch.Tensor
 
 
-def match_surface(samples: SurfaceSamples, vertices: FloatArray, faces: IntArray) -> SurfaceMatches | None:
-    """Nearest neighbours of a surface and a body (V, 3) both ways, with agreeing normals; None where hardly any agree."""
+def match_surface(
+    samples: SurfaceSamples, vertices: FloatArray, faces: IntArray
+) -> SurfaceMatches | None:
+    """Nearest neighbours of a surface and a body (V, 3) both ways, with agreeing normals; None
+    where hardly any agree."""
     import torch
     from scipy.spatial import cKDTree
 
@@ -99,7 +117,11 @@ def match_surface(samples: SurfaceSamples, vertices: FloatArray, faces: IntArray
     good = agree & close
     if good.sum() <= 20:
         return None
-    return SurfaceMatches(torch.from_numpy(ids[good]), points=torch.from_numpy(points[good]), normals=torch.from_numpy(outward[good]))
+    return SurfaceMatches(
+        torch.from_numpy(ids[good]),
+        points=torch.from_numpy(points[good]),
+        normals=torch.from_numpy(outward[good]),
+    )
 
 
 def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -113,13 +135,18 @@ def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return unit
 
 
-def _joints_inside(surface: Surface, camera: PhotoCamera, evidence: Evidence) -> tuple[FloatArray, FloatArray]:
-    """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each keypoint."""
+def _joints_inside(
+    surface: Surface, camera: PhotoCamera, evidence: Evidence
+) -> tuple[FloatArray, FloatArray]:
+    """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each
+    keypoint."""
     flat = camera.flatten(surface.vertices)  # depths stay what they are
     scene = ray_scene(flat, surface.faces)
     far = float(flat[:, 2].max()) + 1.0
     origin = camera.flat.unproject(evidence.pixels, far)
-    rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=1).astype(np.float32)
+    rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=1).astype(
+        np.float32
+    )
     hits = scene.list_intersections(rays, nthreads=1)
     ray, reach = hits["ray_ids"].numpy(), hits["t_hit"].numpy()
     targets, weights = np.zeros((len(BLAZEPOSE), 3)), np.zeros(len(BLAZEPOSE))

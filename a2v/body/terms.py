@@ -1,7 +1,9 @@
-"""The terms of a fit, each in units of squared standard deviations, so that the weights are plain numbers.
+"""The terms of a fit, each in units of squared standard deviations, so that the weights are plain
+numbers.
 
-Tolerances and scales here were chosen by hand, so that the fits of the photos of ``tests/body/test_photos.py`` and of
-``python -m benchmarks.fit`` come out well; none was fitted to data. `FitSettings` holds those that a user may change.
+Tolerances and scales here were chosen by hand, so that the fits of the photos of
+``tests/body/test_photos.py`` and of ``python -m benchmarks.fit`` come out well; none was fitted to
+data. `FitSettings` holds those that a user may change.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ if TYPE_CHECKING:
 
 
 def geman_mcclure(square: Tensor, scale: float) -> Tensor:
-    """ρ of Eq. 16 (Geman and McClure 1987) of squared residuals: like the square below `scale`, level above."""
+    """ρ of Eq. 16 (Geman and McClure 1987) of squared residuals: like the square below `scale`,
+    level above."""
     return scale**2 * square / (scale**2 + square)
 
 
@@ -36,7 +39,8 @@ def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
 
 
 def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
-    """The detector's skeleton `points` (33, 3), on our scale, moved onto the landmarks (33, 3): metres, within 5 cm."""
+    """The detector's skeleton `points` (33, 3), on our scale, moved onto the landmarks (33, 3):
+    metres, within 5 cm."""
     difference = landmarks - points
     center = (weights[:, None] * difference).sum(0) / weights.sum()
     square = (difference - center).square().sum(-1)
@@ -44,22 +48,25 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
-    """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of the height, within 0.3 %.
+    """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of
+    the height, within 0.3 %.
 
-    `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's height.
+    `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's
+    height.
     """
     over = (square.clamp_min(1e-12).sqrt() - 0.022).clamp_min(0.0)
     return robust_sum(over.square(), weights=weights.sqrt(), scale=0.03) / 0.003**2
 
 
 def where_told(square: Tensor) -> Tensor:
-    """Landmarks that the user has placed lie there, within 0.2 % of the height; `square` (..., n) as of `strays`."""
+    """Landmarks that the user has placed lie there, within 0.2 % of the height; `square` (..., n)
+    as of `strays`."""
     return square.sum(-1) / 0.002**2
 
 
 def sides_as_told(along: Tensor, *, signs: Tensor, depths: Tensor) -> Tensor:
-    """Bones whose side the user has said: their depths `along` (..., m), far end less near end, have the sign, and reach `depths` (m,) within
-    1 % of the height; all relative to the height."""
+    """Bones whose side the user has said: their depths `along` (..., m), far end less near end,
+    have the sign, and reach `depths` (m,) within 1 % of the height; all relative to the height."""
     return ((depths - signs * along).clamp_min(0.0) / 0.01).square().sum(-1)
 
 
@@ -69,7 +76,8 @@ def everyday_pose(angles: Tensor, *, natural: Tensor, spread: Tensor) -> Tensor:
 
 
 def likely_pose(angles: Tensor, prior: PosePrior) -> Tensor:
-    """Eq. 18: the negative logarithm of the likelihood; zero at the likeliest pose. Twice that is a squared standard deviation."""
+    """Eq. 18: the negative logarithm of the likelihood; zero at the likeliest pose. Twice that is a
+    squared standard deviation."""
     return prior.best - prior.log_likelihood(angles)
 
 
@@ -80,8 +88,17 @@ def outside(values: Tensor, bounds: Tensor, *, tolerance: float) -> Tensor:
     return (beyond / tolerance).square().sum(-1)
 
 
-def build_of_body(shape: Tensor, *, mean: Tensor, spread: Tensor, state: BodyState, height: float, height_sigma: float) -> Tensor:
-    """Gaussian around an everyday shape (S,) and standing height: vertices 0 and 1 of `state` are crown and sole."""
+def build_of_body(
+    shape: Tensor,
+    *,
+    mean: Tensor,
+    spread: Tensor,
+    state: BodyState,
+    height: float,
+    height_sigma: float,
+) -> Tensor:
+    """Gaussian around an everyday shape (S,) and standing height: vertices 0 and 1 of `state` are
+    crown and sole."""
     crown, sole = state.rest_vertices[0], state.rest_vertices[1]
     tall = ((crown[1] - sole[1] - height) / height_sigma).square()
     return ((shape - mean) / spread).square().sum() + tall
@@ -102,12 +119,21 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
     total = 0.0 * angles.sum()
     if all(evidence.standing):  # the trunk rests on the legs
         middle = {
-            joint: (landmarks[LANDMARK_INDEX[f"left_{joint}"]] + landmarks[LANDMARK_INDEX[f"right_{joint}"]]) / 2
+            joint: (
+                landmarks[LANDMARK_INDEX[f"left_{joint}"]]
+                + landmarks[LANDMARK_INDEX[f"right_{joint}"]]
+            )
+            / 2
             for joint in ("hip", "shoulder")
         }
         total = total + ((middle["shoulder"][2] - middle["hip"][2] + 0.01) / 0.03).square()
-    for side, straight, standing in zip(("left", "right"), evidence.straight, evidence.standing, strict=True):
-        point = {name: landmarks[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("hip", "ankle", "heel", "foot_index")}
+    for side, straight, standing in zip(
+        ("left", "right"), evidence.straight, evidence.standing, strict=True
+    ):
+        point = {
+            name: landmarks[LANDMARK_INDEX[f"{side}_{name}"]]
+            for name in ("hip", "ankle", "heel", "foot_index")
+        }
         if straight:
             total = total + (angles[space.index(f"{side}_knee_bend")] / 0.08).square()
         if standing:
@@ -118,21 +144,28 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
 
 
 _OUTLINE = 90.0
-"""Neighbouring points say the same thing: so many independent measurements the points of an outline count as."""
+"""Neighbouring points say the same thing: so many independent measurements the points of an outline
+count as."""
 _MAP = 90.0
 """The same of the pixels of a map."""
 _SURFACE = 200.0
 """The same of the points of a surface."""
 
 
-def skin_in_mask(pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float) -> Tensor:
-    """Vertices, seen at pixels (n, 2), that lie outside of the mask pay their distance, relative to the person's `height` in pixels."""
+def skin_in_mask(
+    pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float
+) -> Tensor:
+    """Vertices, seen at pixels (n, 2), that lie outside of the mask pay their distance, relative to
+    the person's `height` in pixels."""
     distance = mask.sample(pixels).clamp(min=0) / height
     return _OUTLINE * geman_mcclure(distance.square(), 2 * robust).mean() / sigma**2
 
 
-def rim_on_contour(pixels: Tensor, rim: RimMatches, *, height: float, robust: float, sigma: float) -> Tensor:
-    """The mask's contour pulls the body's rim, seen at pixels (n, 2); along the contour a match may slide."""
+def rim_on_contour(
+    pixels: Tensor, rim: RimMatches, *, height: float, robust: float, sigma: float
+) -> Tensor:
+    """The mask's contour pulls the body's rim, seen at pixels (n, 2); along the contour a match may
+    slide."""
     gap = (pixels - rim.pixels) / height
     across = (gap * rim.normals).sum(-1).square()
     along = gap.square().sum(-1) - across
@@ -140,20 +173,23 @@ def rim_on_contour(pixels: Tensor, rim: RimMatches, *, height: float, robust: fl
 
 
 def seen_where_told(pixels: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
-    """Vertices seen at pixels (n, 2) lie where the map shows them (n, 2), within 2 % of the person's `height` in pixels."""
+    """Vertices seen at pixels (n, 2) lie where the map shows them (n, 2), within 2 % of the
+    person's `height` in pixels."""
     square = (pixels - told).square().sum(-1) / height**2
     return _MAP * (weights * geman_mcclure(square, 0.05)).mean() / 0.02**2
 
 
 def deep_as_told(depths: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
-    """Vertices' depths (n,), pixels, differ among each other as the map's (n,) do, within 3 % of the person's `height` in pixels."""
+    """Vertices' depths (n,), pixels, differ among each other as the map's (n,) do, within 3 % of
+    the person's `height` in pixels."""
     gap = depths - told
     gap = (gap - (weights * gap).sum() / weights.sum().clamp_min(1e-9)) / height
     return _MAP * (weights * geman_mcclure(gap.square(), 0.1)).mean() / 0.03**2
 
 
 def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float) -> Tensor:
-    """Eq. 17: distance of the matched vertices (n, 3) to the surface, within 1 cm; along the surface a match may slide."""
+    """Eq. 17: distance of the matched vertices (n, 3) to the surface, within 1 cm; along the
+    surface a match may slide."""
     gap = vertices - matches.points
     across = (gap * matches.normals).sum(-1).square()
     square = across + 0.1 * (gap.square().sum(-1) - across)
@@ -161,13 +197,15 @@ def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float
 
 
 def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Tensor:
-    """Eq. 16 in depth: landmarks (33, 3) to the joints inside of the surface (33, 3), within 3 cm."""
+    """Eq. 16 in depth: landmarks (33, 3) to the joints inside of the surface (33, 3), within 3
+    cm."""
     square = (landmarks[:, 2] - targets[:, 2]).square()
     return robust_sum(square, weights=weights, scale=0.1) / 0.03**2
 
 
 def alike(first: Tensor, second: Tensor, spread: Tensor) -> Tensor:
-    """What the angles (D,) of one person's poses in two photos cost where they differ: by a fifth of their `spread` (D,) in people who stand.
+    """What the angles (D,) of one person's poses in two photos cost where they differ: by a fifth
+    of their `spread` (D,) in people who stand.
 
     Robust, angle by angle: an arm that has moved is another arm's pose, and costs no more.
     """

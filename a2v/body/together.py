@@ -45,9 +45,10 @@ def fit_together(
 ) -> list[FitResult]:
     """Fit one shape to several photos of the same person, and a pose and a camera to each.
 
-    It starts from the fit to each photo alone and minimises the sum of their objectives; the prior of the shape counts once. Poses that are
-    nearly the same are drawn together (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then each
-    photo shows the depth that the other does not.
+    It starts from the fit to each photo alone and minimises the sum of their objectives; the prior
+    of the shape counts once. Poses that are nearly the same are drawn together
+    (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then
+    each photo shows the depth that the other does not.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def fit_together(
         Of `fit_body` for each photo alone, or of this function.
     settings : FitSettings, optional
     surfaces : sequence of n Surface, optional
-        Reconstructed persons in the frames of the cameras of `fits`; then the papers' objective (Eq. 15) is minimised, and the cameras stay.
+        Reconstructed persons in the frames of the cameras of `fits`; then the papers' objective
+        (Eq. 15) is minimised, and the cameras stay.
     progress : Progress, optional
 
     Returns
@@ -69,8 +71,14 @@ def fit_together(
     InputError
         Not as many fits (or surfaces) as photos.
     """
-    if not subjects or len(fits) != len(subjects) or (surfaces is not None and len(surfaces) != len(subjects)):
-        raise InputError(f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and one surface if any, for each photo")
+    if (
+        not subjects
+        or len(fits) != len(subjects)
+        or (surfaces is not None and len(surfaces) != len(subjects))
+    ):
+        raise InputError(
+            f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and one surface if any, for each photo"
+        )
     settings = settings or FitSettings()
     fit = _Together.build(subjects, fits, settings, surfaces)
     return fit.to_photos(progress) if surfaces is None else fit.to_surfaces(progress)
@@ -90,7 +98,11 @@ class _Together:
 
     @classmethod
     def build(
-        cls, subjects: Sequence[Subject], fits: Sequence[FitResult], settings: FitSettings, surfaces: Sequence[Surface] | None
+        cls,
+        subjects: Sequence[Subject],
+        fits: Sequence[FitResult],
+        settings: FitSettings,
+        surfaces: Sequence[Surface] | None,
     ) -> _Together:
         import torch
 
@@ -98,8 +110,16 @@ class _Together:
         share = dataclasses.replace(settings, shape_weight=settings.shape_weight / count)
         parts, objectives, samples, unknowns = [], [], [], []
         for number, (subject, fit) in enumerate(zip(subjects, fits, strict=True)):
-            evidence = dataclasses.replace(gather_evidence(subject, settings), view=View.of(fit.camera))
-            sample = None if surfaces is None else SurfaceSamples.build(surfaces[number], fit.camera, evidence, seed=settings.seed)
+            evidence = dataclasses.replace(
+                gather_evidence(subject, settings), view=View.of(fit.camera)
+            )
+            sample = (
+                None
+                if surfaces is None
+                else SurfaceSamples.build(
+                    surfaces[number], fit.camera, evidence, seed=settings.seed
+                )
+            )
             parts.append(Fit(model, evidence, settings, lambda done, total: None))
             objectives.append(Objective(model, evidence, share, surface=sample))
             samples.append(sample)
@@ -109,16 +129,33 @@ class _Together:
         shape = torch.stack([one.shape.detach() for one in unknowns]).mean(0).requires_grad_()
         for one in unknowns:
             one.shape = shape
-        return cls(parts, objectives, unknowns, fits, samples, torch.tensor(objectives[0].space.spread), settings)
+        return cls(
+            parts,
+            objectives,
+            unknowns,
+            fits,
+            samples,
+            torch.tensor(objectives[0].space.spread),
+            settings,
+        )
 
     def to_photos(self, progress: Progress | None) -> list[FitResult]:
         """By landmarks and silhouettes; every body is put on the ground."""
         done = self._rounds("silhouette", progress)
-        losses = [one.values(own, "silhouette") for one, own in zip(self.objectives, self.unknowns, strict=True)]
+        losses = [
+            one.values(own, "silhouette")
+            for one, own in zip(self.objectives, self.unknowns, strict=True)
+        ]
         results = []
-        for part, one, own, loss in zip(self.parts, self.objectives, self.unknowns, losses, strict=True):
+        for part, one, own, loss in zip(
+            self.parts, self.objectives, self.unknowns, losses, strict=True
+        ):
             camera = part._ground(own, one.space)
-            results.append(part._expecting(part._result(own, camera, one.space, {"loss": loss, "rounds": done})))
+            results.append(
+                part._expecting(
+                    part._result(own, camera, one.space, {"loss": loss, "rounds": done})
+                )
+            )
         return results
 
     def to_surfaces(self, progress: Progress | None) -> list[FitResult]:
@@ -126,7 +163,9 @@ class _Together:
         self._minimize(self.settings.steps, "surface_joints")
         done = self._rounds("surface", progress)
         results = []
-        for part, one, own, fit, sample in zip(self.parts, self.objectives, self.unknowns, self.fits, self.samples, strict=True):
+        for part, one, own, fit, sample in zip(
+            self.parts, self.objectives, self.unknowns, self.fits, self.samples, strict=True
+        ):
             found = {"loss": one.values(own, "surface"), "rounds": done}
             result = part._result(own, own.camera(), one.space, found, sample)
             results.append(dataclasses.replace(result, camera=fit.camera))
@@ -159,7 +198,11 @@ class _Together:
                     free.append(own.pitch)
 
         def loss() -> Tensor:
-            values = [value for one, own in zip(self.objectives, self.unknowns, strict=True) for value in one.terms(own, stage).values()]
+            values = [
+                value
+                for one, own in zip(self.objectives, self.unknowns, strict=True)
+                for value in one.terms(own, stage).values()
+            ]
             return torch.stack(values).sum() + self._alike()
 
         minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
@@ -169,12 +212,16 @@ class _Together:
     def _alike(self) -> Tensor:
         """What poses that differ cost."""
         pairs = list(combinations(self.unknowns, 2))
-        total = sum(alike(first.angles, second.angles, self.spread) + _upright(first, second) for first, second in pairs)
+        total = sum(
+            alike(first.angles, second.angles, self.spread) + _upright(first, second)
+            for first, second in pairs
+        )
         return ALIKE * total / max(1, len(self.unknowns) - 1)  # type: ignore[return-value]
 
 
 def _upright(first: Unknowns, second: Unknowns) -> Tensor:
-    """What trunks that lean otherwise cost: who stands leans the same way, wherever the photo is taken from."""
+    """What trunks that lean otherwise cost: who stands leans the same way, wherever the photo is
+    taken from."""
     from a2v.kinematics.so3 import rotvec_to_rotmat
 
     ups = [(rotvec_to_rotmat(own.root) @ own.base)[1] for own in (first, second)]
@@ -183,23 +230,41 @@ def _upright(first: Unknowns, second: Unknowns) -> Tensor:
 
 
 UNLIKE = 0.09
-"""Bodies at rest of the fits to single photos that are farther apart in the mean, metres, may be of different persons; those of one person were within 5 cm."""
+"""Bodies at rest of the fits to single photos that are farther apart in the mean, metres, may be of
+different persons; those of one person were within 5 cm."""
 
 
 def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[str]:
     """What the user should know of several photos: whether they may show different persons."""
     apart = shapes_differ(alone)
-    worse = [number for number, fit in enumerate(joined, 1) if fit.residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap]
+    worse = [
+        number
+        for number, fit in enumerate(joined, 1)
+        if fit.residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
+    ]
     if apart > UNLIKE or worse:
-        found = f"their bodies differ by {100 * apart:.0f} cm" if apart > UNLIKE else f"one body does not fill photo {worse[0]}"
-        return [f"the photos may show different persons ({found}): colours and shape of all are mixed; give photos of one person alone"]
+        found = (
+            f"their bodies differ by {100 * apart:.0f} cm"
+            if apart > UNLIKE
+            else f"one body does not fill photo {worse[0]}"
+        )
+        return [
+            f"the photos may show different persons ({found}): colours and shape of all are mixed; give photos of one person alone"
+        ]
     return []
 
 
 def shapes_differ(fits: Sequence[FitResult]) -> float:
-    """How far the bodies of fits to single photos are apart at rest, metres: the largest mean distance of their vertices."""
+    """How far the bodies of fits to single photos are apart at rest, metres: the largest mean
+    distance of their vertices."""
     import torch
 
     model = load_body_model()
-    rests: list[FloatArray] = [model.rest(torch.from_numpy(fit.body.parameters["shape"]))[0].numpy() for fit in fits]
-    return max(float(np.linalg.norm(one - two, axis=1).mean()) for one, two in combinations(rests, 2)) if len(rests) > 1 else 0.0
+    rests: list[FloatArray] = [
+        model.rest(torch.from_numpy(fit.body.parameters["shape"]))[0].numpy() for fit in fits
+    ]
+    return (
+        max(float(np.linalg.norm(one - two, axis=1).mean()) for one, two in combinations(rests, 2))
+        if len(rests) > 1
+        else 0.0
+    )

@@ -40,7 +40,8 @@ class Unknowns:
     pitch : ()
         How far down a perspective camera looks, radians.
     view : View
-        Perspective, if there is one: the optical axis meets the depth of `translation`, or `aim_depth` where that is not None.
+        Perspective, if there is one: the optical axis meets the depth of `translation`, or
+        `aim_depth` where that is not None.
     """
 
     base: Tensor
@@ -93,7 +94,9 @@ class Unknowns:
 
     def root_rotvec(self) -> FloatArray:
         """Orientation of the whole body as one rotation vector (3,)."""
-        result: FloatArray = rotmat_to_rotvec((rotvec_to_rotmat(self.root.detach()) @ self.base).numpy())
+        result: FloatArray = rotmat_to_rotvec(
+            (rotvec_to_rotmat(self.root.detach()) @ self.base).numpy()
+        )
         return result
 
     def with_angles(self, angles: FloatArray) -> Unknowns:
@@ -109,12 +112,22 @@ class Unknowns:
 
     def camera(self) -> PhotoCamera:
         """The camera as a record."""
-        flat = OrthographicCamera(scale=float(self.log_scale.detach().exp()), center_u=self.center[0], center_v=self.center[1])
+        flat = OrthographicCamera(
+            scale=float(self.log_scale.detach().exp()),
+            center_u=self.center[0],
+            center_v=self.center[1],
+        )
         if self.view.distance == 0:
             return PhotoCamera(flat=flat, source=self.view.source)
         x, y, z = (float(value.detach()) for value in self._aim())
         aim = (x, y, z)
-        return PhotoCamera(flat=flat, aim=aim, distance=self.view.distance, pitch=float(self.pitch.detach()), source=self.view.source)
+        return PhotoCamera(
+            flat=flat,
+            aim=aim,
+            distance=self.view.distance,
+            pitch=float(self.pitch.detach()),
+            source=self.view.source,
+        )
 
     def fix_camera(self, camera: PhotoCamera) -> None:
         """Take over a camera for good."""
@@ -130,7 +143,11 @@ class Unknowns:
         import torch
 
         scale, (u, v) = self.log_scale.exp(), self.view.axis
-        depth = self.translation[2] if self.aim_depth is None else torch.tensor(self.aim_depth, dtype=scale.dtype)
+        depth = (
+            self.translation[2]
+            if self.aim_depth is None
+            else torch.tensor(self.aim_depth, dtype=scale.dtype)
+        )
         return (u - self.center[0]) / scale, (self.center[1] - v) / scale, depth
 
     def camera_height(self, ground: Tensor) -> Tensor:
@@ -146,5 +163,10 @@ class Unknowns:
             x, y, z = self._aim()
             offset = points[..., 0] - x, points[..., 1] - y, points[..., 2] - z
             right, up = seen_from(*offset, distance=self.view.distance, pitch=self.pitch)
-            return torch.stack([self.view.axis[0] + scale * right, self.view.axis[1] - scale * up], dim=-1)
-        return torch.stack([self.center[0] + scale * points[..., 0], self.center[1] - scale * points[..., 1]], dim=-1)
+            return torch.stack(
+                [self.view.axis[0] + scale * right, self.view.axis[1] - scale * up], dim=-1
+            )
+        return torch.stack(
+            [self.center[0] + scale * points[..., 0], self.center[1] - scale * points[..., 1]],
+            dim=-1,
+        )

@@ -1,4 +1,5 @@
-"""Where the photo's camera is believed to have been: how far away, and how steeply it looked down."""
+"""Where the photo's camera is believed to have been: how far away, and how steeply it looked
+down."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ STEEPEST = 0.6
 _LENS = 26.0
 """Focal length of a telephone's main camera as for 35 mm film, millimetres."""
 _LENS_SPREAD = 0.45
-"""Spread of the logarithm of a distance that follows from it: other lenses, and photos that are cropped."""
+"""Spread of the logarithm of a distance that follows from it: other lenses, and photos that are
+cropped."""
 _SHAPES = (4 / 3, 3 / 2, 16 / 9)
 """Longer over shorter side of photos as cameras give them; of others a part is missing."""
 _FILM = 43.27
@@ -29,7 +31,8 @@ _LIMITS = (1.0, 30.0)
 
 @dataclass(frozen=True)
 class View:
-    """Where the photo's camera is believed to be. A fit keeps the distance and the axis; the pitch is where it starts from.
+    """Where the photo's camera is believed to be. A fit keeps the distance and the axis; the pitch
+    is where it starts from.
 
     Attributes
     ----------
@@ -55,14 +58,18 @@ LEVEL = View()
 """An orthographic camera."""
 
 
-def believed_view(subject: Subject, box: FloatArray, *, height: float, tall: float, distance: float | None) -> View:
-    """The camera's distance by what is known of it, and its pitch by the height at which cameras are held.
+def believed_view(
+    subject: Subject, box: FloatArray, *, height: float, tall: float, distance: float | None
+) -> View:
+    """The camera's distance by what is known of it, and its pitch by the height at which cameras
+    are held.
 
     Parameters
     ----------
     subject : Subject
-        Its focal length, if the photo's file told one, gives the distance; else the shape of the photo tells whether it is likely to be
-        whole, and the usual lens gives it, together with what is usual.
+        Its focal length, if the photo's file told one, gives the distance; else the shape of the
+        photo tells whether it is likely to be whole, and the usual lens gives it, together with
+        what is usual.
     box : (4,)
         Left, top, right, bottom of the person, pixels of the subject's image.
     height : float
@@ -78,7 +85,10 @@ def believed_view(subject: Subject, box: FloatArray, *, height: float, tall: flo
     if distance is not None:
         source = "given"
     elif subject.focal_length is not None:
-        distance, source = _by_lens(subject, subject.focal_length, height, tall), "the focal length in the photo's file"
+        distance, source = (
+            _by_lens(subject, subject.focal_length, height, tall),
+            "the focal length in the photo's file",
+        )
     else:
         distance, source = USUAL[0], "what is usual"
         sides = sorted(subject.photo_size)
@@ -93,7 +103,8 @@ def believed_view(subject: Subject, box: FloatArray, *, height: float, tall: flo
 
 
 def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:
-    """The distance, metres, at which a lens of `focal` (mm, as for 35 mm film) makes a person of `tall` metres so large."""
+    """The distance, metres, at which a lens of `focal` (mm, as for 35 mm film) makes a person of
+    `tall` metres so large."""
     left, _, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height

@@ -59,7 +59,8 @@ class Background:
         ----------
         image : (H, W, 3) uint8
         box : (4,) or None
-            Left, top, right, bottom of the person in this frame, pixels: nothing in it is background.
+            Left, top, right, bottom of the person in this frame, pixels: nothing in it is
+            background.
         """
         shrink = min(1.0, WIDTH / max(image.shape[:2]))
         small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
@@ -83,12 +84,18 @@ class Background:
         differs = float(np.abs(thumb - self._thumb).mean()) > _CUT
         if self._corners is None or len(self._corners) < LEAST:
             return Change(SAME, False, differs)
-        found, status, _ = cv2.calcOpticalFlowPyrLK(self._gray, gray, self._corners, None, winSize=(15, 15), maxLevel=3)
+        found, status, _ = cv2.calcOpticalFlowPyrLK(
+            self._gray, gray, self._corners, None, winSize=(15, 15), maxLevel=3
+        )
         good = status.ravel() == 1
         if good.sum() < LEAST:
             return Change(SAME, False, differs)
         warp, inliers = cv2.estimateAffinePartial2D(
-            self._corners[good], found[good], method=cv2.RANSAC, ransacReprojThreshold=1.0, maxIters=500
+            self._corners[good],
+            found[good],
+            method=cv2.RANSAC,
+            ransacReprojThreshold=1.0,
+            maxIters=500,
         )
         agreed = 0 if inliers is None else int(inliers.sum())
         if warp is None or agreed < LEAST or agreed < _FOLLOWED * len(self._corners):

@@ -1,4 +1,5 @@
-"""What a face does in a film: the 52 expressions, fitted to mediapipe's landmarks frame by frame."""
+"""What a face does in a film: the 52 expressions, fitted to mediapipe's landmarks frame by
+frame."""
 
 from __future__ import annotations
 
@@ -24,7 +25,18 @@ _ALIKE = 12.0
 """So many neighbouring landmarks say the same."""
 _SPREAD = 0.4
 """Usual strength of an expression."""
-RARE = ("mouthClose", "mouthRoll", "mouthShrug", "mouthPress", "jawForward", "jawLeft", "jawRight", "mouthFunnel", "cheekPuff", "tongueOut")
+RARE = (
+    "mouthClose",
+    "mouthRoll",
+    "mouthShrug",
+    "mouthPress",
+    "jawForward",
+    "jawLeft",
+    "jawRight",
+    "mouthFunnel",
+    "cheekPuff",
+    "tongueOut",
+)
 """Expressions that look like parts of others, and are rarer."""
 _RARE = 0.15
 """Their usual strength."""
@@ -34,7 +46,8 @@ _AGAIN = 3
 _DEPTH = 0.3
 """Weight of a landmark's depth beside its place."""
 _NEUTRAL = 0.25
-"""Share of the frames, those with the most open eyes and the most a closed jaw, that a face is neutral in."""
+"""Share of the frames, those with the most open eyes and the most a closed jaw, that a face is
+neutral in."""
 _ROUNDS = 300
 _SMOOTH = 0.7
 """Frames (standard deviation) over which strengths are smooth: a blink has five."""
@@ -48,7 +61,8 @@ _JAW = (1, 152)
 
 @dataclass(frozen=True)
 class FaceBasis:
-    """The body's face as the detector sees it, metres: landmarks at rest (478, 3), how `names` move them (52, 478, 3), and which are `steady` (n,)."""
+    """The body's face as the detector sees it, metres: landmarks at rest (478, 3), how `names` move
+    them (52, 478, 3), and which are `steady` (n,)."""
 
     names: tuple[str, ...]
     rest: FloatArray
@@ -72,10 +86,12 @@ def face_basis() -> FaceBasis:
 
 
 def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> dict[str, FloatArray]:
-    """Strengths (T,) in [0, 1] of the expressions by ARKit's names; empty where the face is hardly seen.
+    """Strengths (T,) in [0, 1] of the expressions by ARKit's names; empty where the face is hardly
+    seen.
 
-    The landmarks are laid on the body's by those that no expression moves (a similarity), the neutral face is the median of frames with open
-    eyes and a closed jaw, and the strengths w of a frame minimise ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
+    The landmarks are laid on the body's by those that no expression moves (a similarity), the
+    neutral face is the median of frames with open eyes and a closed jaw, and the strengths w of a
+    frame minimise ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
 
     Parameters
     ----------
@@ -88,7 +104,9 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
     if seen.sum() < max(FRAMES, LEAST * len(faces)):
         return {}
     basis = face_basis()
-    points = np.stack([np.asarray(face, np.float64) for face in faces if face is not None]) * np.array([1.0, -1.0, 1.0])
+    points = np.stack(
+        [np.asarray(face, np.float64) for face in faces if face is not None]
+    ) * np.array([1.0, -1.0, 1.0])
     laid = _laid(points[:, basis.steady], basis.rest[basis.steady], points)
     neutral = _neutral(laid)
     strengths = _strengths(laid - neutral, basis)
@@ -98,12 +116,19 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
     found = np.zeros((len(faces), len(basis.names)))
     found[seen] = strengths
     found = _rested(found, seen, times)
-    smooth = np.clip(gaussian_filter1d(found, _SMOOTH, axis=0, mode="nearest"), 0, 1).astype(np.float32)
-    return {name: smooth[:, index] for index, name in enumerate(basis.names) if smooth[:, index].max() > 0.05}
+    smooth = np.clip(gaussian_filter1d(found, _SMOOTH, axis=0, mode="nearest"), 0, 1).astype(
+        np.float32
+    )
+    return {
+        name: smooth[:, index]
+        for index, name in enumerate(basis.names)
+        if smooth[:, index].max() > 0.05
+    }
 
 
 def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray:
-    """Points (T, N, 3) moved, turned and scaled as brings `own` (T, n, 3) onto `target` (n, 3) or (T, n, 3) best (Umeyama 1991)."""
+    """Points (T, N, 3) moved, turned and scaled as brings `own` (T, n, 3) onto `target` (n, 3) or
+    (T, n, 3) best (Umeyama 1991)."""
     target = np.broadcast_to(target, own.shape)
     middle, centre = target.mean(axis=1, keepdims=True), own.mean(axis=1, keepdims=True)
     first, second = own - centre, target - middle
@@ -112,7 +137,9 @@ def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray
     sign[:, 2] = np.linalg.det(u @ vt)
     turn = (u * sign[:, None]) @ vt
     scale = (sizes * sign).sum(axis=1) / np.maximum((first**2).sum(axis=(1, 2)), 1e-12)
-    laid: FloatArray = scale[:, None, None] * np.einsum("tkl,tnl->tnk", turn, points - centre) + middle
+    laid: FloatArray = (
+        scale[:, None, None] * np.einsum("tkl,tnl->tnk", turn, points - centre) + middle
+    )
     return laid
 
 
@@ -126,7 +153,8 @@ def _neutral(laid: FloatArray) -> FloatArray:
 
 
 def _strengths(moved: FloatArray, basis: FaceBasis) -> FloatArray:
-    """Strengths (T, 52) that move landmarks by (T, 478, 3), by accelerated projected gradients (Nesterov 1983)."""
+    """Strengths (T, 52) that move landmarks by (T, 478, 3), by accelerated projected gradients
+    (Nesterov 1983)."""
     weight = np.array([1.0, 1.0, _DEPTH]) / (_ERROR**2 * _ALIKE)
     spread = np.array([_RARE if name.startswith(RARE) else _SPREAD for name in basis.names])
     matrix = np.einsum("ank,k,bnk->ab", basis.moves, weight, basis.moves) + np.diag(1 / spread**2)
@@ -141,7 +169,8 @@ def _strengths(moved: FloatArray, basis: FaceBasis) -> FloatArray:
 
 
 def _rested(found: FloatArray, seen: np.ndarray, times: FloatArray) -> FloatArray:
-    """Strengths (T, 52) between frames in which the face is seen, and at rest where it is not for long."""
+    """Strengths (T, 52) between frames in which the face is seen, and at rest where it is not for
+    long."""
     at = times[seen]
     out = np.stack([np.interp(times, at, column) for column in found[seen].T], axis=1)
     after = np.searchsorted(at, times).clip(0, len(at) - 1)

@@ -36,9 +36,12 @@ JOINTS: tuple[tuple[str, str, str], ...] = (
         )
     ),
 )  # fmt: skip
-"""Joints of a followed person: name, parent, and the bone of Anny whose head each is (`_POINTS` otherwise)."""
+"""Joints of a followed person: name, parent, and the bone of Anny whose head each is (`_POINTS`
+otherwise)."""
 NAMES: tuple[str, ...] = tuple(name for name, _, _ in JOINTS)
-PARENTS: tuple[int, ...] = tuple(-1 if not parent else NAMES.index(parent) for _, parent, _ in JOINTS)
+PARENTS: tuple[int, ...] = tuple(
+    -1 if not parent else NAMES.index(parent) for _, parent, _ in JOINTS
+)
 _POINTS = {"head_top": (0.0, 0.17, 0.02), "head_front": (0.0, 0.04, 0.16)}
 """Joints that are no bone's head: from the bone's head at rest, metres."""
 
@@ -52,14 +55,17 @@ def person_skeleton() -> Skeleton:
     plain = skeleton_from_parents(PARENTS, NAMES)
     return dataclasses.replace(
         plain,
-        feet=tuple(index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")),
+        feet=tuple(
+            index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")
+        ),
         hips=(index("left_hip"), index("right_hip")),
         shoulders=(index("left_shoulder"), index("right_shoulder")),
     )
 
 
 class Figure:
-    """A body of one shape: poses to landmarks and joints, by the bones that `PoseSpace` turns alone (26 of Anny's 104).
+    """A body of one shape: poses to landmarks and joints, by the bones that `PoseSpace` turns alone
+    (26 of Anny's 104).
 
     Parameters
     ----------
@@ -78,10 +84,19 @@ class Figure:
         moving = heads[frame.bones]
         self.steps = torch.cat([moving[:1], moving[1:] - moving[frame.parents[1:]]])
         """From the parent's head at rest (n, 3); the first: from the origin."""
-        self.marks = torch.einsum("lv,vb,vbk->lbk", frame.of_vertices, frame.weights, rest[:, None] - moving[None])
+        self.marks = torch.einsum(
+            "lv,vb,vbk->lbk", frame.of_vertices, frame.weights, rest[:, None] - moving[None]
+        )
         fixed = heads - moving[frame.carrier]
-        self.marks = self.marks + torch.einsum("lB,Bb,Bk->lbk", frame.of_bones, frame.carried, fixed)
-        self.points = torch.zeros(len(JOINTS), 3, dtype=torch.float64) + heads[frame.joint_bones] - moving[frame.joint_carrier] + frame.joint_offsets
+        self.marks = self.marks + torch.einsum(
+            "lB,Bb,Bk->lbk", frame.of_bones, frame.carried, fixed
+        )
+        self.points = (
+            torch.zeros(len(JOINTS), 3, dtype=torch.float64)
+            + heads[frame.joint_bones]
+            - moving[frame.joint_carrier]
+            + frame.joint_offsets
+        )
 
     def pose(self, root: Tensor, angles: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
         """World rotations (T, n, 3, 3) and heads (T, n, 3) of the moving bones.
@@ -115,7 +130,9 @@ class Figure:
     def joints(self, turns: Tensor, heads: Tensor) -> Tensor:
         """`JOINTS` (T, J, 3), metres."""
         carrier = self.frame.joint_carrier
-        moved: Tensor = (turns[:, carrier] @ self.points[None, :, :, None])[..., 0] + heads[:, carrier]
+        moved: Tensor = (turns[:, carrier] @ self.points[None, :, :, None])[..., 0] + heads[
+            :, carrier
+        ]
         return moved
 
 
@@ -130,19 +147,32 @@ class _Frame:
         turned[0] = True
         bones = np.flatnonzero(turned)
         place = {int(bone): index for index, bone in enumerate(bones)}
-        carrier = np.array([place[self._moving(model.bone_parents, turned, bone)] for bone in range(model.n_bones)])
+        carrier = np.array(
+            [place[self._moving(model.bone_parents, turned, bone)] for bone in range(model.n_bones)]
+        )
         self.bones, self.carrier = torch.from_numpy(bones), torch.from_numpy(carrier)
-        above = [-1 if bone == 0 else place[self._moving(model.bone_parents, turned, int(model.bone_parents[bone]))] for bone in bones]
+        above = [
+            -1
+            if bone == 0
+            else place[self._moving(model.bone_parents, turned, int(model.bone_parents[bone]))]
+            for bone in bones
+        ]
         self.parents = torch.tensor(above)
-        self.basis = torch.from_numpy(space.basis[:, bones].reshape(len(space), -1).astype(np.float64))
+        self.basis = torch.from_numpy(
+            space.basis[:, bones].reshape(len(space), -1).astype(np.float64)
+        )
         self.carried = torch.nn.functional.one_hot(self.carrier, len(bones)).double()
         ids, of_vertices, of_bones = model._landmark_table
         self.of_vertices, self.of_bones = of_vertices.double(), of_bones.double()
-        self.weights = torch.from_numpy(model.weights[ids.numpy()].astype(np.float64)) @ self.carried
+        self.weights = (
+            torch.from_numpy(model.weights[ids.numpy()].astype(np.float64)) @ self.carried
+        )
         self.shares = self.of_vertices @ self.weights + self.of_bones @ self.carried
         self.joint_bones = torch.tensor([model.bone(bone) for _, _, bone in JOINTS])
         self.joint_carrier = self.carrier[self.joint_bones]
-        self.joint_offsets = torch.tensor([_POINTS.get(name, (0.0, 0.0, 0.0)) for name, _, _ in JOINTS], dtype=torch.float64)
+        self.joint_offsets = torch.tensor(
+            [_POINTS.get(name, (0.0, 0.0, 0.0)) for name, _, _ in JOINTS], dtype=torch.float64
+        )
 
     @staticmethod
     def _moving(parents: IntArray, turned: FloatArray, bone: int) -> int:

@@ -1,4 +1,5 @@
-"""One body fitted to a whole piece of film: window by window, with what joints usually do from frame to frame."""
+"""One body fitted to a whole piece of film: window by window, with what joints usually do from
+frame to frame."""
 
 from __future__ import annotations
 
@@ -65,13 +66,21 @@ _SEGMENTS = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
 ]  # fmt: skip
 _ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
-SOLES = np.array([[LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")] for side in ("left", "right")])
-_FEET = [NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")]
+SOLES = np.array(
+    [
+        [LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")]
+        for side in ("left", "right")
+    ]
+)
+_FEET = [
+    NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")
+]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moves:
-    """A body in every frame of a piece, in the world: y up, the first frame's camera at the origin, looking along -z.
+    """A body in every frame of a piece, in the world: y up, the first frame's camera at the origin,
+    looking along -z.
 
     Attributes
     ----------
@@ -92,7 +101,8 @@ class Moves:
 
 @dataclass(eq=False)
 class _Unknowns:
-    """Rotation vectors (T, 3) from `base` (T, 3, 3), angles (T, D) and places (T, 3) of the body."""
+    """Rotation vectors (T, 3) from `base` (T, 3, 3), angles (T, D) and places (T, 3) of the
+    body."""
 
     base: Tensor
     root: Tensor
@@ -113,10 +123,16 @@ class _Evidence:
         def tensor(values: FloatArray) -> Tensor:
             return torch.from_numpy(np.ascontiguousarray(values, np.float64))
 
-        self.pixels, self.weights, self.heights = tensor(track.pixels), tensor(track.weights), tensor(track.heights)
+        self.pixels, self.weights, self.heights = (
+            tensor(track.pixels),
+            tensor(track.weights),
+            tensor(track.heights),
+        )
         self.yaw, self.tilt, self.focal = tensor(track.yaw), tensor(track.tilt), track.focal
         self.times = track.times
-        self.depths = tensor((points[:, _ENDS[:, 1], 2] - points[:, _ENDS[:, 0], 2]) / TYPICAL_HEIGHT)
+        self.depths = tensor(
+            (points[:, _ENDS[:, 1], 2] - points[:, _ENDS[:, 0], 2]) / TYPICAL_HEIGHT
+        )
         self.depth_weights = tensor(track.confidence[:, _ENDS].min(axis=-1))
 
     def heading(self, points: Tensor) -> Tensor:
@@ -128,19 +144,29 @@ class _Evidence:
         return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
 
     def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
-        """What landmarks (T, 33, 3) cost by where they are seen and by the depth of the bones, (T,)."""
+        """What landmarks (T, 33, 3) cost by where they are seen and by the depth of the bones,
+        (T,)."""
         import torch
 
         x, y, z = self.heading(landmarks).unbind(-1)
         down = (self.tilt + tilt)[:, None]
         ahead = (-y * down.sin() - z * down.cos()).clamp_min(0.3)
         up = y * down.cos() - z * down.sin()
-        square = (self.focal * torch.stack([x, -up], dim=-1) / ahead[..., None] - self.pixels).square().sum(-1) / self.heights[:, None] ** 2
+        square = (
+            self.focal * torch.stack([x, -up], dim=-1) / ahead[..., None] - self.pixels
+        ).square().sum(-1) / self.heights[:, None] ** 2
         cost: Tensor = robust_sum(square, weights=self.weights, scale=_ROBUST) / _KEYPOINT**2
         along = z[:, _ENDS[:, 1]] - z[:, _ENDS[:, 0]]
-        along = along * (self.focal / ahead.detach().mean(dim=1, keepdim=True)) / self.heights[:, None]
+        along = (
+            along * (self.focal / ahead.detach().mean(dim=1, keepdim=True)) / self.heights[:, None]
+        )
         gap = (along - self.depths).square()
-        return cost + _DEPTH_WEIGHT * robust_sum(gap, weights=self.depth_weights, scale=3 * _DEPTH) / _DEPTH**2
+        return (
+            cost
+            + _DEPTH_WEIGHT
+            * robust_sum(gap, weights=self.depth_weights, scale=3 * _DEPTH)
+            / _DEPTH**2
+        )
 
 
 class FilmFit:
@@ -157,7 +183,15 @@ class FilmFit:
         self._limits = torch.from_numpy(self.space.limits.astype(np.float64))
 
     @one_thread()
-    def fit(self, track: Track, points: FloatArray, *, stands: Stands | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
+    def fit(
+        self,
+        track: Track,
+        points: FloatArray,
+        *,
+        stands: Stands | None = None,
+        start: Moves | None = None,
+        progress: Progress | None = None,
+    ) -> Moves:
         """The body in every frame.
 
         Parameters
@@ -175,11 +209,20 @@ class FilmFit:
         import torch
 
         bank = starts(track, points, self.model)
-        shape, tilt = (start.shape, start.tilt) if start is not None else self._calibrated(track, points, bank)
+        shape, tilt = (
+            (start.shape, start.tilt)
+            if start is not None
+            else self._calibrated(track, points, bank)
+        )
         figure = Figure(self.model, torch.from_numpy(shape))
         slope = torch.tensor(tilt, dtype=torch.float64)
-        root, angles = smooth_turns(bank[0], _EVEN), gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest")
-        place = gaussian_filter1d(self._places(track, root, angles, figure, tilt), _EVEN, axis=0, mode="nearest")
+        root, angles = (
+            smooth_turns(bank[0], _EVEN),
+            gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest"),
+        )
+        place = gaussian_filter1d(
+            self._places(track, root, angles, figure, tilt), _EVEN, axis=0, mode="nearest"
+        )
         window, done = self.settings.window, 0
         joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
         while done < track.frames:
@@ -188,18 +231,40 @@ class FilmFit:
             end = track.frames if track.frames - end < AGAIN else end
             part = slice(first, end)
             held = None if stands is None else (torch.from_numpy(stands.held[part]), stands.ground)
-            unknowns = self._window(track.part(part), points[part], (root[part], angles[part], place[part]), figure, slope, done - first, held)
+            unknowns = self._window(
+                track.part(part),
+                points[part],
+                (root[part], angles[part], place[part]),
+                figure,
+                slope,
+                done - first,
+                held,
+            )
             with torch.no_grad():
                 turns, heads = figure.pose(unknowns.rotmats(), unknowns.angles, unknowns.place)
-                joints[part], landmarks[part] = figure.joints(turns, heads).numpy(), figure.landmarks(turns, heads).numpy()
-                root[part], angles[part], place[part] = turns[:, 0].numpy(), unknowns.angles.numpy(), unknowns.place.numpy()
+                joints[part], landmarks[part] = (
+                    figure.joints(turns, heads).numpy(),
+                    figure.landmarks(turns, heads).numpy(),
+                )
+                root[part], angles[part], place[part] = (
+                    turns[:, 0].numpy(),
+                    unknowns.angles.numpy(),
+                    unknowns.place.numpy(),
+                )
             done = end if end == track.frames else end - AGAIN
             if progress is not None:
                 progress(done, track.frames)
         return Moves(joints=joints, landmarks=landmarks, shape=shape, tilt=tilt)
 
     def _window(
-        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: tuple[Tensor, float] | None
+        self,
+        track: Track,
+        points: FloatArray,
+        start: tuple[FloatArray, FloatArray, FloatArray],
+        figure: Figure,
+        tilt: Tensor,
+        kept: int,
+        held: tuple[Tensor, float] | None,
     ) -> _Unknowns:
         """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
         import torch
@@ -208,12 +273,16 @@ class FilmFit:
         count = track.frames - kept
         easy = torch.from_numpy(smoother(count))
         base = torch.from_numpy(start[0].copy())
-        begun = [torch.zeros((track.frames, 3), dtype=torch.float64), *(torch.from_numpy(values.copy()) for values in start[1:])]
+        begun = [
+            torch.zeros((track.frames, 3), dtype=torch.float64),
+            *(torch.from_numpy(values.copy()) for values in start[1:]),
+        ]
         free = [torch.zeros_like(values[kept:]).requires_grad_() for values in begun]
 
         def unknowns() -> _Unknowns:
             changed = [
-                torch.cat([before[:kept], before[kept:] + scale * (easy @ now)]) for before, now, scale in zip(begun, free, _SCALES, strict=True)
+                torch.cat([before[:kept], before[kept:] + scale * (easy @ now)])
+                for before, now, scale in zip(begun, free, _SCALES, strict=True)
             ]
             return _Unknowns(base, *changed)
 
@@ -221,43 +290,70 @@ class FilmFit:
             now = unknowns()
             turns, heads = figure.pose(now.rotmats(), now.angles, now.place)
             joints, marks = figure.joints(turns, heads), figure.landmarks(turns, heads)
-            cost = self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times)
+            cost = self._cost(now, evidence, marks, tilt) + self._smoothness(
+                joints, now.angles, track.times
+            )
             return cost if held is None else cost + _footing(joints, marks, track.times, held)
 
         minimize(loss, free, steps=self.settings.steps, history=12, tolerance=1e-6)
         found = unknowns()
-        return _Unknowns(found.base, *(values.detach() for values in (found.root, found.angles, found.place)))
+        return _Unknowns(
+            found.base, *(values.detach() for values in (found.root, found.angles, found.place))
+        )
 
     def _cost(self, now: _Unknowns, evidence: _Evidence, marks: Tensor, tilt: Tensor) -> Tensor:
-        cost = evidence.seen(marks, tilt).sum() + outside(now.angles, self._limits, tolerance=0.03).sum()
+        cost = (
+            evidence.seen(marks, tilt).sum()
+            + outside(now.angles, self._limits, tolerance=0.03).sum()
+        )
         return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
 
     def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray) -> Tensor:
-        """What accelerations cost: squared while they are usual, and like their size beyond, so that hits and kicks stay."""
-        cost = _SMOOTH_WEIGHT * _pseudo_huber(_acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2).sum()
-        return cost + _ANGLE_WEIGHT * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
+        """What accelerations cost: squared while they are usual, and like their size beyond, so
+        that hits and kicks stay."""
+        cost = (
+            _SMOOTH_WEIGHT
+            * _pseudo_huber(
+                _acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2
+            ).sum()
+        )
+        return (
+            cost
+            + _ANGLE_WEIGHT * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
+        )
 
     # --- where it starts
 
-    def _calibrated(self, track: Track, points: FloatArray, bank: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, float]:
+    def _calibrated(
+        self, track: Track, points: FloatArray, bank: tuple[FloatArray, FloatArray]
+    ) -> tuple[FloatArray, float]:
         """The body's shape (S,) and the tilt of the camera, from a sample of frames."""
         import torch
 
         sure = np.flatnonzero(track.seen)
-        order = sure[np.argsort(-track.weights[sure].sum(axis=1), kind="stable")][: max(SAMPLED, len(sure) // 2)]
+        order = sure[np.argsort(-track.weights[sure].sum(axis=1), kind="stable")][
+            : max(SAMPLED, len(sure) // 2)
+        ]
         order = np.sort(order)
-        chosen: IntArray = order[np.unique(np.linspace(0, len(order) - 1, SAMPLED).round().astype(int))]
+        chosen: IntArray = order[
+            np.unique(np.linspace(0, len(order) - 1, SAMPLED).round().astype(int))
+        ]
         part, own = track.part(chosen), points[chosen]
         evidence = _Evidence(part, own)
         shape = torch.from_numpy(self.model.shape_default.astype(np.float64)).requires_grad_()
-        tilt = torch.tensor(_believed_tilt(part, self.settings.height), dtype=torch.float64).requires_grad_()
+        tilt = torch.tensor(
+            _believed_tilt(part, self.settings.height), dtype=torch.float64
+        ).requires_grad_()
         figure = Figure(self.model, shape.detach())
         root, angles = bank[0][chosen], bank[1][chosen]
         place = self._places(part, root, angles, figure, float(tilt.detach()))
         base = torch.from_numpy(root)
         free = [torch.zeros((len(chosen), 3), dtype=torch.float64).requires_grad_()]
         free += [torch.from_numpy(values).requires_grad_() for values in (angles.copy(), place)]
-        bounds, mean = torch.from_numpy(self.model.shape_bounds.astype(np.float64)), torch.from_numpy(self.model.shape_default.astype(np.float64))
+        bounds, mean = (
+            torch.from_numpy(self.model.shape_bounds.astype(np.float64)),
+            torch.from_numpy(self.model.shape_default.astype(np.float64)),
+        )
         extent = self._extent()
 
         def loss() -> Tensor:
@@ -266,10 +362,21 @@ class FilmFit:
             turns, heads = body.pose(now.rotmats(), now.angles, now.place)
             marks = body.landmarks(turns, heads)
             tall = self.model.rest(shape, extent)[0][:, 1]
-            build = ((shape - mean) / 0.25).square().sum() + ((tall[0] - tall[1] - self.settings.height) / 0.03).square()
-            ground = marks[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].min(dim=1).values.median()
+            build = ((shape - mean) / 0.25).square().sum() + (
+                (tall[0] - tall[1] - self.settings.height) / 0.03
+            ).square()
+            ground = (
+                marks[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1]
+                .min(dim=1)
+                .values.median()
+            )
             camera = ((-ground - HELD[0]) / HELD[1]).square() + (tilt / 0.3).square()
-            return self._cost(now, evidence, marks, tilt) + 4 * build + outside(shape, bounds, tolerance=0.02) + 3 * camera
+            return (
+                self._cost(now, evidence, marks, tilt)
+                + 4 * build
+                + outside(shape, bounds, tolerance=0.02)
+                + 3 * camera
+            )
 
         minimize(loss, [*free, shape, tilt], steps=100, history=20, tolerance=1e-6)
         return shape.detach().numpy().copy(), float(tilt.detach())
@@ -281,12 +388,19 @@ class FilmFit:
         rest = self.model.rest(torch.from_numpy(self.model.shape_default))[0]
         return torch.stack([rest[:, 1].argmax(), rest[:, 1].argmin()])
 
-    def _places(self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float) -> FloatArray:
-        """Where the body is (T, 3) so that its hips are seen where they should be, as far away as its size says."""
+    def _places(
+        self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float
+    ) -> FloatArray:
+        """Where the body is (T, 3) so that its hips are seen where they should be, as far away as
+        its size says."""
         import torch
 
         with torch.no_grad():
-            turns, heads = figure.pose(torch.from_numpy(root), torch.from_numpy(angles), torch.zeros(track.frames, 3, dtype=torch.float64))
+            turns, heads = figure.pose(
+                torch.from_numpy(root),
+                torch.from_numpy(angles),
+                torch.zeros(track.frames, 3, dtype=torch.float64),
+            )
             marks = figure.landmarks(turns, heads).numpy()
         hips = [LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]]
         trunk = [*hips, LANDMARK_INDEX["left_shoulder"], LANDMARK_INDEX["right_shoulder"]]
@@ -319,24 +433,35 @@ class Stands:
     ground: float
 
 
-def _footing(joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]) -> Tensor:
-    """What feet cost that slide while they stand, that stand over the ground, or that are under it."""
+def _footing(
+    joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]
+) -> Tensor:
+    """What feet cost that slide while they stand, that stand over the ground, or that are under
+    it."""
     import torch
 
     held, ground = stands
     steps = torch.from_numpy(np.diff(times))[:, None]
     speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
-    cost = (torch.minimum(held[1:], held[:-1]) * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum() * _SLIDE_WEIGHT
+    cost = (
+        torch.minimum(held[1:], held[:-1]) * geman_mcclure((speed / _SLIDE).square(), 10.0)
+    ).sum() * _SLIDE_WEIGHT
     over = marks[:, SOLES, 1] - ground - SOLE  # (T, 2, 2)
     stood = held.reshape(-1, 2, 2).amax(dim=-1)
-    cost = cost + _GROUND_WEIGHT * (stood * geman_mcclure((over.amin(dim=-1) / _LEVEL).square(), 5.0)).sum()
+    cost = (
+        cost
+        + _GROUND_WEIGHT * (stood * geman_mcclure((over.amin(dim=-1) / _LEVEL).square(), 5.0)).sum()
+    )
     return cost + _GROUND_WEIGHT * (over.clamp(max=0) / _LEVEL).square().sum()
 
 
 def _believed_tilt(track: Track, height: float) -> float:
-    """How far the camera looks down, radians, if it is held at the usual height and the person stands on level ground."""
+    """How far the camera looks down, radians, if it is held at the usual height and the person
+    stands on level ground."""
     away = float(np.median(track.focal * height / track.heights))
-    heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(axis=1)
+    heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(
+        axis=1
+    )
     below = np.arctan2(HELD[0], away)
     return float(np.clip(np.median(below - np.arctan2(heels, track.focal) - track.tilt), -0.5, 0.5))
 
@@ -347,7 +472,8 @@ def _pseudo_huber(square: Tensor) -> Tensor:
 
 
 def _acceleration(values: Tensor, times: FloatArray) -> Tensor:
-    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which need not be even."""
+    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which need not be
+    even."""
     import torch
 
     steps = torch.from_numpy(np.diff(times)).reshape(-1, *[1] * (values.ndim - 1))

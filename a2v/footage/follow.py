@@ -31,7 +31,10 @@ SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
 """When a foot surely stands, by joints whose depth is guessed."""
 LOOKING = 0.8
 """Share of the work that is looking at the pictures."""
-_LEGS = tuple(tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot")) for side in ("left", "right"))
+_LEGS = tuple(
+    tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot"))
+    for side in ("left", "right")
+)
 _FLOOR = 0.1
 """Share of a clip in which feet that stand may be below the ground."""
 
@@ -43,11 +46,13 @@ class Followed:
     Attributes
     ----------
     motion : Motion
-        Metres, y up, 30 frames a second; the person begins over the origin, and whoever faces the camera faces +z.
+        Metres, y up, 30 frames a second; the person begins over the origin, and whoever faces the
+        camera faces +z.
     remarks : tuple of str
         What was not seen, when, and what was left out.
     facts : dict
-        ``seconds`` of the video, ``frames`` that were looked at, ``seen`` of them, ``height`` and ``tilt`` of the camera (metres, degrees).
+        ``seconds`` of the video, ``frames`` that were looked at, ``seen`` of them, ``height`` and
+        ``tilt`` of the camera (metres, degrees).
     """
 
     motion: Motion
@@ -71,7 +76,8 @@ def follow_person(
         Of a video with one person, mostly seen whole; its sound means nothing.
     settings : FollowSettings, optional
     seconds : float, optional
-        How much of the video, from ``settings.start`` on; by default all of it, at most ten minutes.
+        How much of the video, from ``settings.start`` on; by default all of it, at most ten
+        minutes.
     action : str
         Name of the motion; the file's stem without it.
     progress : Progress, optional
@@ -86,10 +92,20 @@ def follow_person(
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
         if reel.seconds and settings.start >= reel.seconds:
-            raise InputError(f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds")
-        expected = max(1, round(min(limit, max(reel.seconds - settings.start, 0) or limit) * min(reel.rate or RATE, RATE)))
+            raise InputError(
+                f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
+            )
+        expected = max(
+            1,
+            round(
+                min(limit, max(reel.seconds - settings.start, 0) or limit)
+                * min(reel.rate or RATE, RATE)
+            ),
+        )
         sightings: list[Sighting] = []
-        for sighting in tracker.follow(reel.frames(side=settings.side, start=settings.start, seconds=limit)):
+        for sighting in tracker.follow(
+            reel.frames(side=settings.side, start=settings.start, seconds=limit)
+        ):
             sightings.append(sighting)
             if progress is not None:
                 progress(min(len(sightings), expected), round(expected / LOOKING))
@@ -100,28 +116,49 @@ def follow_person(
 
     def fitted(done: int, total: int) -> None:
         if progress is not None:
-            progress(expected + round(done / total * expected * (1 / LOOKING - 1)), round(expected / LOOKING))
+            progress(
+                expected + round(done / total * expected * (1 / LOOKING - 1)),
+                round(expected / LOOKING),
+            )
 
     moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
     faces = _faces(own, track, motion.frames)
     remarks = [
-        *told_reel(reel, sightings[-1].time, people=tracker.people, asked=np.inf if seconds is None else seconds),
+        *told_reel(
+            reel,
+            sightings[-1].time,
+            people=tracker.people,
+            asked=np.inf if seconds is None else seconds,
+        ),
         *told_pieces(pieces_of(sightings), piece, sightings, settings.start),
         *unseen_parts(track, settings.start),
     ]
-    facts = {**_facts(path, reel, sightings, track, moves), "from": settings.start + own[0].time, "expressions": len(faces)}
-    return Followed(motion=replace(motion, provenance=dict(facts), expressions=faces or None), remarks=tuple(remarks), facts=facts)
+    facts = {
+        **_facts(path, reel, sightings, track, moves),
+        "from": settings.start + own[0].time,
+        "expressions": len(faces),
+    }
+    return Followed(
+        motion=replace(motion, provenance=dict(facts), expressions=faces or None),
+        remarks=tuple(remarks),
+        facts=facts,
+    )
 
 
 def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, FloatArray]:
     """Strengths (frames,) of expressions at 30 frames a second."""
     shown = fit_expressions([one.face for one in sightings], track.times)
     at = track.times[0] + np.arange(frames) / SHOWN_FPS
-    return {name: np.interp(at, track.times, strength).astype(np.float32) for name, strength in shown.items()}
+    return {
+        name: np.interp(at, track.times, strength).astype(np.float32)
+        for name, strength in shown.items()
+    }
 
 
-def _facts(path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], track: Track, moves: Moves) -> dict[str, Any]:
+def _facts(
+    path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], track: Track, moves: Moves
+) -> dict[str, Any]:
     """What `Followed.facts` says, but where the motion begins."""
     return {
         "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
@@ -130,7 +167,9 @@ def _facts(path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], 
     }  # fmt: skip
 
 
-def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker) -> Piece:
+def _longest(
+    sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker
+) -> Piece:
     """The piece with most frames in which the person is seen."""
     if not sightings:
         raise InputError(f"{reel.source} has no frames from {settings.start:g} s on")
@@ -138,10 +177,16 @@ def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tr
     if not pieces:
         seen = sum(one.keypoints is not None for one in sightings)
         if settings.person > 1 and tracker.people < settings.person:
-            raise InputError(f"follow.person is {settings.person}, but at most {tracker.people} can be told apart in {reel.source}; give a smaller number")
+            raise InputError(
+                f"follow.person is {settings.person}, but at most {tracker.people} can be told apart in {reel.source}; give a smaller number"
+            )
         if seen:
-            raise InputError(f"{reel.source} shows a person in {seen} frames alone; use a video in which one person is seen for a second or longer")
-        raise InputError(f"no person found in {reel.source}; use a video that shows one person whole")
+            raise InputError(
+                f"{reel.source} shows a person in {seen} frames alone; use a video in which one person is seen for a second or longer"
+            )
+        raise InputError(
+            f"no person found in {reel.source}; use a video that shows one person whole"
+        )
     return max(pieces, key=lambda piece: piece.seen)
 
 
@@ -151,7 +196,13 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     fit = FilmFit(settings)
     first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
     stands = standing(first, track.times)
-    return fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
+    return fit.fit(
+        track,
+        points,
+        stands=stands,
+        start=first,
+        progress=lambda done, total: progress(total + done, 2 * total),
+    )
 
 
 def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
@@ -213,5 +264,3 @@ def _ground(joints: FloatArray) -> float:
 
 def _camera_height(moves: Moves) -> float:
     return -_ground(moves.joints)
-
-

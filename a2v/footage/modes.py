@@ -1,4 +1,5 @@
-"""Whether each limb points to the front or to the back, chosen for the whole clip at once, so that depth does not flicker."""
+"""Whether each limb points to the front or to the back, chosen for the whole clip at once, so that
+depth does not flicker."""
 
 from __future__ import annotations
 
@@ -10,7 +11,11 @@ from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
 
-LIMBS = tuple((f"{side}_{a}", f"{side}_{b}", f"{side}_{c}") for side in ("left", "right") for a, b, c in (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")))
+LIMBS = tuple(
+    (f"{side}_{a}", f"{side}_{b}", f"{side}_{c}")
+    for side in ("left", "right")
+    for a, b, c in (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
+)
 """Landmarks of the limbs, each of two bones."""
 STATES = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]], np.float64)
 """Signs of the depths of a limb's two bones: 1 is towards the camera."""
@@ -24,12 +29,19 @@ _BACKWARDS = 0.15
 """Radians by which a knee may seem to bend to the front."""
 
 
-def steady_depths(points: FloatArray, pixels: FloatArray, heights: FloatArray, times: FloatArray, weights: FloatArray) -> FloatArray:
+def steady_depths(
+    points: FloatArray,
+    pixels: FloatArray,
+    heights: FloatArray,
+    times: FloatArray,
+    weights: FloatArray,
+) -> FloatArray:
     """3D landmarks whose limbs do not jump between front and back.
 
-    Of a bone of known length L that is seen l long, the depth is ±√(L² − l²). Which sign each bone of a limb has is chosen by dynamic
-    programming (Viterbi 1967) over four states a frame: what the detectors say of depth, how fast depth changes, and that knees do not bend
-    to the front. Depths of the wrong sign are turned over; others stay as they are.
+    Of a bone of known length L that is seen l long, the depth is ±√(L² − l²). Which sign each bone
+    of a limb has is chosen by dynamic programming (Viterbi 1967) over four states a frame: what the
+    detectors say of depth, how fast depth changes, and that knees do not bend to the front. Depths
+    of the wrong sign are turned over; others stay as they are.
 
     Parameters
     ----------
@@ -50,7 +62,12 @@ def steady_depths(points: FloatArray, pixels: FloatArray, heights: FloatArray, t
         rows = [LANDMARK_INDEX[name] for name in names]
         told = np.diff(points[:, rows, 2], axis=1) / TYPICAL_HEIGHT  # (T, 2)
         seen = np.linalg.norm(np.diff(pixels[:, rows], axis=1), axis=-1) / heights[:, None]
-        lengths = np.array([LIMBS_BY_HEIGHT[(a.split("_")[1], b.split("_")[1])] for a, b in itertools.pairwise(names)])
+        lengths = np.array(
+            [
+                LIMBS_BY_HEIGHT[(a.split("_")[1], b.split("_")[1])]
+                for a, b in itertools.pairwise(names)
+            ]
+        )
         lengths = np.maximum(lengths, np.quantile(seen, 0.9, axis=0) * 0.97)
         deep = np.sqrt(np.maximum(lengths**2 - seen**2, 0))
         deep = np.maximum(deep, np.minimum(np.abs(told), lengths))  # what is told may be more
@@ -65,18 +82,28 @@ def steady_depths(points: FloatArray, pixels: FloatArray, heights: FloatArray, t
 
 def _hanging(last: str) -> tuple[str, ...]:
     side, joint = last.split("_")
-    ends = ("wrist", "pinky", "index", "thumb") if joint == "wrist" else ("ankle", "heel", "foot_index")
+    ends = (
+        ("wrist", "pinky", "index", "thumb")
+        if joint == "wrist"
+        else ("ankle", "heel", "foot_index")
+    )
     return tuple(f"{side}_{name}" for name in ends)
 
 
-def _chosen(told: FloatArray, deep: FloatArray, times: FloatArray, weights: FloatArray, bends: FloatArray) -> FloatArray:
+def _chosen(
+    told: FloatArray, deep: FloatArray, times: FloatArray, weights: FloatArray, bends: FloatArray
+) -> FloatArray:
     """Signs (T, 2) of the cheapest way through the states."""
     wanted = STATES[None] * deep[:, None]  # (T, 4, 2)
-    cost = (weights[:, None] * np.minimum(((wanted - told[:, None]) / _TOLD) ** 2, _MOST).sum(-1)) + bends
+    cost = (
+        weights[:, None] * np.minimum(((wanted - told[:, None]) / _TOLD) ** 2, _MOST).sum(-1)
+    ) + bends
     steps = np.maximum(np.diff(times), 1 / 120)
     best, came = cost[0], np.zeros((len(cost), 4), int)
     for frame in range(1, len(cost)):
-        jump = ((wanted[frame][None] - wanted[frame - 1][:, None]) / (_SPEED * steps[frame - 1])) ** 2
+        jump = (
+            (wanted[frame][None] - wanted[frame - 1][:, None]) / (_SPEED * steps[frame - 1])
+        ) ** 2
         way = best[:, None] + np.minimum(jump, 4 * _MOST).sum(-1)
         came[frame] = way.argmin(axis=0)
         best = way.min(axis=0) + cost[frame]
@@ -89,7 +116,8 @@ def _chosen(told: FloatArray, deep: FloatArray, times: FloatArray, weights: Floa
 
 
 def _knees(points: FloatArray, names: tuple[str, str, str]) -> FloatArray:
-    """What it costs (T, 4) that a knee bends to the front in each of the states; nothing for arms."""
+    """What it costs (T, 4) that a knee bends to the front in each of the states; nothing for
+    arms."""
     if not names[1].endswith("knee"):
         return np.zeros((len(points), 4))
     hip, knee, ankle = (points[:, LANDMARK_INDEX[name]] for name in names)
@@ -102,6 +130,8 @@ def _knees(points: FloatArray, names: tuple[str, str, str]) -> FloatArray:
         thigh[:, 2] = first * np.abs(thigh[:, 2])
         shin[:, 2] = second * np.abs(shin[:, 2])
         size = np.linalg.norm(thigh, axis=-1) * np.linalg.norm(shin, axis=-1)
-        bend = (np.cross(thigh, shin) * left).sum(-1) / np.maximum(size, 1e-9)  # positive: the shin goes to the back
+        bend = (np.cross(thigh, shin) * left).sum(-1) / np.maximum(
+            size, 1e-9
+        )  # positive: the shin goes to the back
         costs.append(np.minimum((np.maximum(-bend - _BACKWARDS, 0) / 0.15) ** 2, _MOST))
     return np.stack(costs, axis=1)

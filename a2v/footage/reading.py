@@ -1,4 +1,5 @@
-"""Frames of a video from outside, one after the other: upright, small, with their true times. Nothing is kept of them."""
+"""Frames of a video from outside, one after the other: upright, small, with their true times.
+Nothing is kept of them."""
 
 from __future__ import annotations
 
@@ -15,7 +16,21 @@ from a2v.errors import InputError
 from a2v.io import open_file, shorten
 from a2v.types import ByteArray
 
-SUFFIXES: tuple[str, ...] = (".mp4", ".mov", ".m4v", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".3gp", ".mts", ".ts", ".wmv", ".flv")
+SUFFIXES: tuple[str, ...] = (
+    ".mp4",
+    ".mov",
+    ".m4v",
+    ".webm",
+    ".mkv",
+    ".avi",
+    ".mpg",
+    ".mpeg",
+    ".3gp",
+    ".mts",
+    ".ts",
+    ".wmv",
+    ".flv",
+)
 """Names of videos end in these."""
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpeg,mpegts,asf,flv,mpegvideo"
 """Containers that are opened; playlists, which name other files, are none of them."""
@@ -84,7 +99,8 @@ class Reel:
     _first: Any
 
     def frames(self, *, side: int, start: float = 0.0, seconds: float = np.inf) -> Iterator[Shown]:
-        """Frames between `start` and `start` + `seconds`, at most `RATE` a second; the longer side has at most `side` pixels."""
+        """Frames between `start` and `start` + `seconds`, at most `RATE` a second; the longer side
+        has at most `side` pixels."""
         origin: float | None = None
         due, last, count = -np.inf, -np.inf, 0
         for frame in self._decoded():
@@ -134,7 +150,9 @@ class Reel:
                 if frame.pts is not None and frame.time_base:
                     last = float(frame.pts * frame.time_base)
                 if frame.width * frame.height > MOST_PIXELS:
-                    raise InputError(f"{self.source} has a frame of {frame.width} x {frame.height} pixels; expected at most 8K")
+                    raise InputError(
+                        f"{self.source} has a frame of {frame.width} x {frame.height} pixels; expected at most 8K"
+                    )
                 yield frame
 
     def _image(self, frame: Any, side: int) -> ByteArray:
@@ -144,7 +162,11 @@ class Reel:
         size = max(1, round(frame.width * shrink)), max(1, round(frame.height * shrink))
         small = frame.reformat(width=size[0], height=size[1], format="rgb24", interpolation="AREA")
         image: ByteArray = small.to_ndarray()
-        turns = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
+        turns = {
+            90: cv2.ROTATE_90_COUNTERCLOCKWISE,
+            180: cv2.ROTATE_180,
+            270: cv2.ROTATE_90_CLOCKWISE,
+        }
         return np.ascontiguousarray(cv2.rotate(image, turns[self.turned]) if self.turned else image)
 
 
@@ -162,9 +184,13 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
     source = os.fspath(path)
     with open_file(path) as stream:
         try:
-            container = av.open(stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"})
+            container = av.open(
+                stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"}
+            )
         except (av.FFmpegError, ValueError, OSError) as error:
-            raise InputError(f"{source} is no video that can be read ({shorten(error, 80)}); {_NOT}") from None
+            raise InputError(
+                f"{source} is no video that can be read ({shorten(error, 80)}); {_NOT}"
+            ) from None
         with container:
             yield _reel(source, container)
 
@@ -176,7 +202,9 @@ def _reel(source: str, container: Any) -> Reel:
     stream = container.streams.video[0]
     context = stream.codec_context
     if context is None:
-        raise InputError(f"{source} is in an encoding that cannot be read here; convert it to H.264")
+        raise InputError(
+            f"{source} is in an encoding that cannot be read here; convert it to H.264"
+        )
     _check_size(source, context.width, context.height)
     context.thread_count = 2
     reel = Reel(
@@ -204,9 +232,13 @@ def _reel(source: str, container: Any) -> Reel:
 
 def _check_size(source: str, width: int, height: int) -> None:
     if width * height > MOST_PIXELS:
-        raise InputError(f"{source} has {width} x {height} pixels; expected at most 8K ({MOST_PIXELS // 1_000_000} million)")
+        raise InputError(
+            f"{source} has {width} x {height} pixels; expected at most 8K ({MOST_PIXELS // 1_000_000} million)"
+        )
     if width and height and min(width, height) < LEAST_SIDE:
-        raise InputError(f"{source} has {width} x {height} pixels; expected at least {LEAST_SIDE} each way")
+        raise InputError(
+            f"{source} has {width} x {height} pixels; expected at least {LEAST_SIDE} each way"
+        )
 
 
 def _seconds(container: Any, stream: Any) -> float:

@@ -33,14 +33,24 @@ def clock(seconds: float) -> str:
 
 
 def unseen_parts(track: Track, start: float) -> list[str]:
-    """When which part of the person was not seen, a sentence each; `start` is the time of the track's time 0 in the video."""
+    """When which part of the person was not seen, a sentence each; `start` is the time of the
+    track's time 0 in the video."""
     said: list[tuple[float, str]] = []
     for part, names in {"person": BODY, **PARTS}.items():
         rows = [LANDMARK_INDEX[name] for name in names]
-        gone = ~track.seen if part == "person" else track.seen & (track.confidence[:, rows].mean(axis=1) < UNSURE)
-        said += [(begin, f"{clock(start + begin)} to {clock(start + end)}: {part} not seen") for begin, end in _spans(gone, track)]
+        gone = (
+            ~track.seen
+            if part == "person"
+            else track.seen & (track.confidence[:, rows].mean(axis=1) < UNSURE)
+        )
+        said += [
+            (begin, f"{clock(start + begin)} to {clock(start + end)}: {part} not seen")
+            for begin, end in _spans(gone, track)
+        ]
     said.sort()
-    more = [f"and {len(said) - _MOST} more times something was not seen"] if len(said) > _MOST else []
+    more = (
+        [f"and {len(said) - _MOST} more times something was not seen"] if len(said) > _MOST else []
+    )
     return [text for _, text in said[:_MOST]] + more
 
 
@@ -60,31 +70,49 @@ def _spans(flags: BoolArray, track: Track) -> list[tuple[float, float]]:
     return [span for span in found if span[1] - span[0] >= SHORTEST]
 
 
-def told_pieces(pieces: Sequence[Piece], chosen: Piece, sightings: Sequence[Sighting], start: float) -> list[str]:
+def told_pieces(
+    pieces: Sequence[Piece], chosen: Piece, sightings: Sequence[Sighting], start: float
+) -> list[str]:
     """What is left out beside the chosen piece."""
     said = []
     cuts = [clock(start + one.time) for one in sightings if one.cut]
     span = f"{clock(start + sightings[chosen.first].time)} to {clock(start + sightings[chosen.end - 1].time)}"
     if cuts:
-        said.append(f"the video is cut at {', '.join(cuts[:6])}{' and later' if len(cuts) > 6 else ''}; {span}, the longest piece, is followed")
+        said.append(
+            f"the video is cut at {', '.join(cuts[:6])}{' and later' if len(cuts) > 6 else ''}; {span}, the longest piece, is followed"
+        )
     elif len(pieces) > 1:
         said.append(f"the person leaves and comes back; {span}, the longest piece, is followed")
     else:
-        before, after = sightings[chosen.first].time, sightings[-1].time - sightings[chosen.end - 1].time
+        before, after = (
+            sightings[chosen.first].time,
+            sightings[-1].time - sightings[chosen.end - 1].time,
+        )
         if before > SHORTEST:
-            said.append(f"the person is first seen at {clock(start + sightings[chosen.first].time)}")
+            said.append(
+                f"the person is first seen at {clock(start + sightings[chosen.first].time)}"
+            )
         if after > SHORTEST:
-            said.append(f"the person is not seen any more from {clock(start + sightings[chosen.end - 1].time)} on")
+            said.append(
+                f"the person is not seen any more from {clock(start + sightings[chosen.end - 1].time)} on"
+            )
     return said
 
 
 def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str]:
-    """What the file itself lacks: damage, length, more people; `last` is the time of the last frame that was read, `asked` seconds were to be followed."""
+    """What the file itself lacks: damage, length, more people; `last` is the time of the last frame
+    that was read, `asked` seconds were to be followed."""
     said = []
     if reel.damaged:
-        said.append(f"{len(reel.damaged)} parts of the video are damaged, the first at {clock(reel.damaged[0])}; they are left out")
+        said.append(
+            f"{len(reel.damaged)} parts of the video are damaged, the first at {clock(reel.damaged[0])}; they are left out"
+        )
     if not np.isfinite(asked) and last >= LONGEST - 0.5 and reel.seconds > LONGEST + 1:
-        said.append(f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are followed")
+        said.append(
+            f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are followed"
+        )
     if people > 1:
-        said.append(f"{people} people are in the video; the largest in the middle is followed (follow.person chooses another)")
+        said.append(
+            f"{people} people are in the video; the largest in the middle is followed (follow.person chooses another)"
+        )
     return said

@@ -20,11 +20,13 @@ class FollowSettings:
     Attributes
     ----------
     person : int
-        Who of several is followed: 1 is the largest where they are first seen, 2 the next one; 0 whoever is large and in the middle.
+        Who of several is followed: 1 is the largest where they are first seen, 2 the next one; 0
+        whoever is large and in the middle.
     start : float
         Where to begin, seconds.
     side : int
-        Longer side of the pictures that are looked at, pixels; larger videos are scaled while they are decoded.
+        Longer side of the pictures that are looked at, pixels; larger videos are scaled while they
+        are decoded.
     height : float
         The person's standing height, metres; a video does not show it.
     lens : float
@@ -34,7 +36,8 @@ class FollowSettings:
     face : bool
         Look for the face, where it is large enough, and fit the 52 expressions to it.
     acceleration : float
-        Usual acceleration of a joint, metres per square second: less is smoother. Errors beyond it count linearly, so that hits stay.
+        Usual acceleration of a joint, metres per square second: less is smoother. Errors beyond it
+        count linearly, so that hits stay.
     window : int
         Frames that are fitted together.
     steps : int
@@ -54,7 +57,9 @@ class FollowSettings:
 
     def __post_init__(self) -> None:
         if not 0 <= self.person <= 20:
-            raise InputError(f"person is {self.person}; expected 1 for the largest, 2 for the next one... or 0")
+            raise InputError(
+                f"person is {self.person}; expected 1 for the largest, 2 for the next one... or 0"
+            )
         if not 0 <= self.start <= 86_400:
             raise InputError(f"start is {self.start}; expected seconds, 0 to 86400")
         if not 256 <= self.side <= 1920:
@@ -62,10 +67,16 @@ class FollowSettings:
         if not 0.5 <= self.height <= 2.5:
             raise InputError(f"height is {self.height}; expected 0.5 to 2.5 metres")
         if self.lens and not 8 <= self.lens <= 400:
-            raise InputError(f"lens is {self.lens}; expected 8 to 400 millimetres, or 0 for a telephone's")
+            raise InputError(
+                f"lens is {self.lens}; expected 8 to 400 millimetres, or 0 for a telephone's"
+            )
         if self.camera not in CAMERAS:
             raise InputError(f"camera is '{self.camera}'; choose from {', '.join(CAMERAS)}")
         if not 0.1 <= self.acceleration <= 1000:
-            raise InputError(f"acceleration is {self.acceleration}; expected 0.1 to 1000 metres per square second")
+            raise InputError(
+                f"acceleration is {self.acceleration}; expected 0.1 to 1000 metres per square second"
+            )
         if not 32 <= self.window <= 400 or not 1 <= self.steps <= 1000:
-            raise InputError("window is a number of frames from 32 to 400, and steps from 1 to 1000")
+            raise InputError(
+                "window is a number of frames from 32 to 400, and steps from 1 to 1000"
+            )

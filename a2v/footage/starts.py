@@ -1,4 +1,5 @@
-"""Where the fit of a film starts: recorded poses that are alike, smooth over time; and what makes it converge."""
+"""Where the fit of a film starts: recorded poses that are alike, smooth over time; and what makes
+it converge."""
 
 from __future__ import annotations
 
@@ -16,12 +17,15 @@ STIFF = 20.0
 
 
 def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
-    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by frame, in the world."""
+    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by
+    frame, in the world."""
     bank = load_pose_bank(model)
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     own = points[:, index].astype(np.float64)
     frames = _trunks(own)
-    own = own - own[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(axis=1, keepdims=True)
+    own = own - own[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(
+        axis=1, keepdims=True
+    )
     local = np.einsum("tab,tca->tcb", frames, own)
     theirs = _trunks(bank.points.astype(np.float64))
     known = np.einsum("nab,nca->ncb", theirs, bank.points)
@@ -47,8 +51,12 @@ def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArr
 
 
 def _trunks(points: FloatArray) -> FloatArray:
-    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`: columns left, up, ahead."""
-    at = {name: points[:, COMPARED.index(name)] for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")}
+    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`:
+    columns left, up, ahead."""
+    at = {
+        name: points[:, COMPARED.index(name)]
+        for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
+    }
     left = at["left_shoulder"] - at["right_shoulder"] + at["left_hip"] - at["right_hip"]
     up = at["left_shoulder"] + at["right_shoulder"] - at["left_hip"] - at["right_hip"]
     up = up / np.maximum(np.linalg.norm(up, axis=-1, keepdims=True), 1e-9)
@@ -58,9 +66,11 @@ def _trunks(points: FloatArray) -> FloatArray:
 
 
 def smoother(count: int) -> FloatArray:
-    """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with, smooth changes are as easy as jagged ones are hard.
+    """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with,
+    smooth changes are as easy as jagged ones are hard.
 
-    L-BFGS needs hundreds of steps where neighbours in time hold each other, and tens where its unknowns are changed by this (a preconditioner).
+    L-BFGS needs hundreds of steps where neighbours in time hold each other, and tens where its
+    unknowns are changed by this (a preconditioner).
     """
     if count < 3:
         return np.eye(count)
@@ -83,6 +93,8 @@ def bridged(values: FloatArray, track: Track) -> FloatArray:
     """Values (T, n) with those of frames in which nobody is seen between the others'."""
     at, seen = np.arange(track.frames), track.seen
     flat = values.reshape(len(values), -1)
-    columns: list[FloatArray] = [np.interp(at, at[seen], flat[seen, column]) for column in range(flat.shape[1])]
+    columns: list[FloatArray] = [
+        np.interp(at, at[seen], flat[seen, column]) for column in range(flat.shape[1])
+    ]
     filled: FloatArray = np.stack(columns, axis=1).reshape(values.shape)
     return filled

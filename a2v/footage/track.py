@@ -18,7 +18,8 @@ from a2v.types import BoolArray, FloatArray, IntArray
 FILM = 43.27
 """Diagonal of 35 mm film, millimetres."""
 LENS = 28.0
-"""Focal length of a telephone that films, as for 35 mm film, millimetres: a little is cut off its 26 of a photo."""
+"""Focal length of a telephone that films, as for 35 mm film, millimetres: a little is cut off its
+26 of a photo."""
 BRIDGED = 1.0
 """Seconds in which somebody may not be seen within one piece."""
 LEAST_SEEN = 6
@@ -39,7 +40,8 @@ class Track:
     seen : (T,) bool
         Whether the person is seen.
     pixels : (T, 33, 2)
-        Landmarks from the middle of the picture, the camera's roll taken out: u to the right, v down.
+        Landmarks from the middle of the picture, the camera's roll taken out: u to the right, v
+        down.
     weights : (T, 33)
         How much each counts; 0 where it is not seen.
     confidence : (T, 33)
@@ -72,13 +74,18 @@ class Track:
 
     def part(self, which: slice | IntArray) -> Track:
         """Some of the frames."""
-        arrays = {item.name: getattr(self, item.name)[which] for item in dataclasses.fields(self) if item.name != "focal"}
+        arrays = {
+            item.name: getattr(self, item.name)[which]
+            for item in dataclasses.fields(self)
+            if item.name != "focal"
+        }
         return dataclasses.replace(self, **arrays)
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Frames of one shot in which one person is seen without long gaps: those of `first` up to before `end` of all sightings."""
+    """Frames of one shot in which one person is seen without long gaps: those of `first` up to
+    before `end` of all sightings."""
 
     first: int
     end: int
@@ -86,7 +93,8 @@ class Piece:
 
 
 def pieces_of(sightings: Sequence[Sighting]) -> list[Piece]:
-    """The pieces in which the person is seen, in order; each begins and ends with a frame in which they are."""
+    """The pieces in which the person is seen, in order; each begins and ends with a frame in which
+    they are."""
     found: list[Piece] = []
     begin, last, count = -1, -1, 0
 
@@ -105,7 +113,9 @@ def pieces_of(sightings: Sequence[Sighting]) -> list[Piece]:
     return found
 
 
-def track_of(sightings: Sequence[Sighting], size: tuple[int, int], settings: FollowSettings) -> Track:
+def track_of(
+    sightings: Sequence[Sighting], size: tuple[int, int], settings: FollowSettings
+) -> Track:
     """The track of a piece.
 
     Parameters
@@ -116,7 +126,9 @@ def track_of(sightings: Sequence[Sighting], size: tuple[int, int], settings: Fol
     count = len(sightings)
     focal = float(np.hypot(*size)) * (settings.lens or LENS) / FILM
     middle = np.array(size, np.float64) / 2
-    yaw, tilt, roll = camera_turns(sightings, size, focal) if settings.camera == "auto" else np.zeros((3, count))
+    yaw, tilt, roll = (
+        camera_turns(sightings, size, focal) if settings.camera == "auto" else np.zeros((3, count))
+    )
     seen = np.array([one.keypoints is not None for one in sightings])
     pixels, points = np.zeros((count, 33, 2)), np.zeros((count, 33, 3))
     confidence, heights = np.zeros((count, 33)), np.full(count, np.nan)
@@ -126,9 +138,17 @@ def track_of(sightings: Sequence[Sighting], size: tuple[int, int], settings: Fol
         offset = one.keypoints[:, :2].astype(np.float64) - middle
         cosine, sine = np.cos(-roll[index]), np.sin(-roll[index])
         pixels[index] = offset @ np.array([[cosine, sine], [-sine, cosine]])
-        confidence[index], points[index], heights[index] = one.keypoints[:, 2], one.points, one.height
+        confidence[index], points[index], heights[index] = (
+            one.keypoints[:, 2],
+            one.points,
+            one.height,
+        )
     at = np.arange(count)
-    heights = np.interp(at, at[seen], median_filter(heights[seen], min(_HEIGHT_FRAMES, int(seen.sum())), mode="nearest"))
+    heights = np.interp(
+        at,
+        at[seen],
+        median_filter(heights[seen], min(_HEIGHT_FRAMES, int(seen.sum())), mode="nearest"),
+    )
     times = np.array([one.time for one in sightings])
     return Track(
         times=times, seen=seen, pixels=pixels, weights=confidence * _TRUSTED, confidence=confidence, points=points, heights=heights,
@@ -137,7 +157,8 @@ def track_of(sightings: Sequence[Sighting], size: tuple[int, int], settings: Fol
 
 
 def camera_turns(sightings: Sequence[Sighting], size: tuple[int, int], focal: float) -> FloatArray:
-    """How the camera has turned since the first frame: to its left, down, and the picture's turn (3, T), radians; zero where it stands still."""
+    """How the camera has turned since the first frame: to its left, down, and the picture's turn
+    (3, T), radians; zero where it stands still."""
     middle = np.array(size, np.float64) / 2
     turns = np.zeros((3, len(sightings)))
     for index, one in enumerate(sightings[1:], 1):

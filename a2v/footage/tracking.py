@@ -53,7 +53,8 @@ class Sighting:
     keypoints : (33, 3) float32 or None
         u, v in pixels of the picture, confidence; None where the person is not seen; so the others.
     points : (33, 3) float32 or None
-        Metres of a person of typical height, from the middle of the hips, y up, +z towards the camera, over the floor.
+        Metres of a person of typical height, from the middle of the hips, y up, +z towards the
+        camera, over the floor.
     height : float
         Standing height, pixels, by the lengths of the limbs.
     box : (4,) float32 or None
@@ -79,7 +80,8 @@ AHEAD = 4
 
 @dataclass(frozen=True, eq=False)
 class _Spotted:
-    """Where the person is in a frame: what the detector says in a square of the picture, its middle (2,) and its pixels per pixel."""
+    """Where the person is in a frame: what the detector says in a square of the picture, its middle
+    (2,) and its pixels per pixel."""
 
     person: Detection
     square: ByteArray
@@ -90,8 +92,8 @@ class _Spotted:
 class Tracker:
     """Follows one person; use as a context manager.
 
-    Where the person is in a frame has to be known before the next one is looked at; what is seen of body and face has not, and
-    a second thread does it.
+    Where the person is in a frame has to be known before the next one is looked at; what is seen of
+    body and face has not, and a second thread does it.
     """
 
     def __init__(self, settings: FollowSettings) -> None:
@@ -169,23 +171,49 @@ class Tracker:
         person = self._pose.one(square)
         if person is None:
             return None
-        if not self._is_same(image, _in_picture(_box_of(person), middle, scale), expected, person, square):
+        if not self._is_same(
+            image, _in_picture(_box_of(person), middle, scale), expected, person, square
+        ):
             others = self._pose._search(square, 3)[1:]
-            person = next((other for other in others if self._is_same(image, _in_picture(_box_of(other), middle, scale), expected, other, square)), None)
+            person = next(
+                (
+                    other
+                    for other in others
+                    if self._is_same(
+                        image, _in_picture(_box_of(other), middle, scale), expected, other, square
+                    )
+                ),
+                None,
+            )
             if person is None:
                 return None
         return _Spotted(person, square, middle, scale)
 
-    def _is_same(self, image: ByteArray, box: FloatArray, expected: FloatArray, person: Detection, square: ByteArray) -> bool:
+    def _is_same(
+        self,
+        image: ByteArray,
+        box: FloatArray,
+        expected: FloatArray,
+        person: Detection,
+        square: ByteArray,
+    ) -> bool:
         if _overlap(box, expected) < SAME_BOX:
             return False
-        return self._look is None or _likeness(self._look, _look_of(square, person.mask)) > SAME_LOOK
+        return (
+            self._look is None or _likeness(self._look, _look_of(square, person.mask)) > SAME_LOOK
+        )
 
     def _find_anywhere(self, image: ByteArray) -> _Spotted | None:
         """Whoever is meant where nobody is followed; the one who was, where somebody is lost."""
         shrink = min(1.0, 640 / max(image.shape[:2]))
-        small = np.asarray(cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA))
-        people = self._pose.people(small, limit=4) if self._count == 1 or self._lost % (3 * RARELY) == 0 else _some(self._pose.one(small))
+        small = np.asarray(
+            cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+        )
+        people = (
+            self._pose.people(small, limit=4)
+            if self._count == 1 or self._lost % (3 * RARELY) == 0
+            else _some(self._pose.one(small))
+        )
         people = [person for person in people if person.area > 0.1 * people[0].area]
         self.people = max(self.people, len(people))
         if not people:
@@ -197,13 +225,18 @@ class Tracker:
         middle, half = _square_of(box)
         square, scale = cut_square(image, middle, half, SQUARE)
         closer = self._pose.one(square)
-        if closer is not None and _overlap(_in_picture(_box_of(closer), middle, scale), box) > SAME_BOX:
+        if (
+            closer is not None
+            and _overlap(_in_picture(_box_of(closer), middle, scale), box) > SAME_BOX
+        ):
             return _Spotted(closer, square, middle, scale)
         return None
 
     def _meant(self, people: list[Detection], picture: ByteArray) -> Detection | None:
         if self._look is not None and self._box is not None:  # whoever was followed
-            likely = [(person, _likeness(self._look, _look_of(picture, person.mask))) for person in people]
+            likely = [
+                (person, _likeness(self._look, _look_of(picture, person.mask))) for person in people
+            ]
             best, value = max(likely, key=lambda pair: pair[1])
             return best if value > SAME_LOOK else None
         number = self.settings.person
@@ -212,7 +245,12 @@ class Tracker:
                 return None
             return people[number - 1]
         width = picture.shape[1]
-        return max(people, key=lambda person: person.area * (1.2 - abs(float(_box_of(person)[[0, 2]].mean()) / width - 0.5)))
+        return max(
+            people,
+            key=lambda person: (
+                person.area * (1.2 - abs(float(_box_of(person)[[0, 2]].mean()) / width - 0.5))
+            ),
+        )
 
     # --- what
 
@@ -225,7 +263,9 @@ class Tracker:
             found = look_at_body(spotted.square, person.mask, threads=1)
         except InputError:  # an empty mask
             return plain
-        keypoints, points = mended(person.keypoints, put_upright(person.keypoints, person.keypoints_3d), found)
+        keypoints, points = mended(
+            person.keypoints, put_upright(person.keypoints, person.keypoints_3d), found
+        )
         keypoints[:, 2] = np.minimum(keypoints[:, 2], 0.3 + person.keypoints[:, 2])
         keypoints[:, :2] = (keypoints[:, :2] - SQUARE / 2) / scale + middle
         return replace(
@@ -261,7 +301,8 @@ def _some(person: Detection | None) -> list[Detection]:
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Left, top, right, bottom (4,) of a person's sure landmarks and mask, in the pixels of the detection."""
+    """Left, top, right, bottom (4,) of a person's sure landmarks and mask, in the pixels of the
+    detection."""
     rows, columns = np.nonzero(person.mask > 0.5)
     sure = person.keypoints[person.keypoints[:, 2] > 0.5, :2]
     low, high = sure.min(axis=0), sure.max(axis=0)

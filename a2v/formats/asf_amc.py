@@ -1,7 +1,8 @@
 """Acclaim's ASF (a skeleton) and AMC (how it moves), as the CMU data base publishes its recordings.
 
-A bone's rotation from rest is ``C M C^-1`` after its parent's: C turns the world's axes to the bone's (``axis``), M is the frame's rotation in those; Euler
-angles turn about x first, then y, then z, both times. Positions are in inches over the file's ``length``.
+A bone's rotation from rest is ``C M C^-1`` after its parent's: C turns the world's axes to the
+bone's (``axis``), M is the frame's rotation in those; Euler angles turn about x first, then y, then
+z, both times. Positions are in inches over the file's ``length``.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ MAX_FRAMES = 200_000
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone of an ASF file: its direction at rest, length (the file's unit), its axes (degrees) and which rotations a frame has."""
+    """A bone of an ASF file: its direction at rest, length (the file's unit), its axes (degrees)
+    and which rotations a frame has."""
 
     name: str
     direction: FloatArray
@@ -60,16 +62,26 @@ def parse_asf(text: str, source: str) -> AsfSkeleton:
         elif words:
             current.append(words)
     if not {"root", "bonedata", "hierarchy"} <= set(sections):
-        raise InputError(f"{source}: expected the sections :root, :bonedata and :hierarchy of an ASF file")
+        raise InputError(
+            f"{source}: expected the sections :root, :bonedata and :hierarchy of an ASF file"
+        )
     try:
-        units = {words[0].lower(): words[1] for words in sections.get("units", []) if len(words) > 1}
+        units = {
+            words[0].lower(): words[1] for words in sections.get("units", []) if len(words) > 1
+        }
         metres = METRES_PER_INCH / float(units.get("length", 1.0))
         radians = units.get("angle", "deg").lower().startswith("rad")
         root = {words[0].lower(): words[1:] for words in sections["root"]}
         bones = _bones(sections["bonedata"], radians)
-        return AsfSkeleton(_in_order(sections["hierarchy"], bones), metres, tuple(word.lower() for word in root["order"]))
+        return AsfSkeleton(
+            _in_order(sections["hierarchy"], bones),
+            metres,
+            tuple(word.lower() for word in root["order"]),
+        )
     except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
-        raise InputError(f"{source}: a part of the skeleton is damaged ({shorten(error, 80)})") from None
+        raise InputError(
+            f"{source}: a part of the skeleton is damaged ({shorten(error, 80)})"
+        ) from None
 
 
 def _bones(lines: list[list[str]], radians: bool) -> dict[str, Bone]:
@@ -109,7 +121,9 @@ def _in_order(lines: list[list[str]], bones: dict[str, Bone]) -> tuple[Bone, ...
     return tuple(found)
 
 
-def read_amc(amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: str = "AMC text") -> Motion:
+def read_amc(
+    amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: str = "AMC text"
+) -> Motion:
     """A recording on its skeleton.
 
     Parameters
@@ -125,7 +139,8 @@ def read_amc(amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: 
     Returns
     -------
     Motion
-        Metres, y up; a joint where each bone that has a length ends, named after the bone that begins there.
+        Metres, y up; a joint where each bone that has a length ends, named after the bone that
+        begins there.
 
     Raises
     ------
@@ -154,9 +169,14 @@ def read_amc(amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: 
     return _motion(skeleton, origin, tails, fps, action)
 
 
-def _motion(skeleton: AsfSkeleton, origin: FloatArray, tails: list[FloatArray], fps: float, action: str) -> Motion:
+def _motion(
+    skeleton: AsfSkeleton, origin: FloatArray, tails: list[FloatArray], fps: float, action: str
+) -> Motion:
     bones = skeleton.bones
-    children = [[child for child in range(len(bones)) if bones[child].parent == at] for at in range(len(bones))]
+    children = [
+        [child for child in range(len(bones)) if bones[child].parent == at]
+        for at in range(len(bones))
+    ]
     kept = [at for at, bone in enumerate(bones) if bone.length > 1e-6]
     place = {at: joint for joint, at in enumerate(kept, 1)}
     parents, names, rest = [-1], ["root"], [np.zeros(3)]
@@ -167,7 +187,9 @@ def _motion(skeleton: AsfSkeleton, origin: FloatArray, tails: list[FloatArray], 
         parents.append(place.get(above, 0))
         below = [bones[child].name for child in children[at] if bones[child].length > 1e-6]
         central = [child for child in below if child.endswith("neck")]
-        names.append("neck" if central and len(below) > 1 else below[0] if below else f"{bones[at].name}_end")
+        names.append(
+            "neck" if central and len(below) > 1 else below[0] if below else f"{bones[at].name}_end"
+        )
         rest.append(bones[at].direction * bones[at].length * skeleton.metres)
     joints = np.stack([origin, *(tails[at] for at in kept)], axis=1) * skeleton.metres
     offsets = np.stack(rest)
@@ -180,7 +202,9 @@ def _motion(skeleton: AsfSkeleton, origin: FloatArray, tails: list[FloatArray], 
 
 def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArray]:
     """Bone to its numbers (T, D)."""
-    widths = {"root": len(skeleton.root_order)} | {bone.name: len(bone.dof) for bone in skeleton.bones if bone.dof}
+    widths = {"root": len(skeleton.root_order)} | {
+        bone.name: len(bone.dof) for bone in skeleton.bones if bone.dof
+    }
     found: dict[str, list[list[float]]] = {name: [] for name in widths}
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split()
@@ -191,11 +215,15 @@ def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArr
             if len(numbers) != widths[words[0]]:
                 raise ValueError(f"{len(numbers)} numbers")
         except (ValueError, KeyError):
-            raise InputError(f"{source}:{number}: expected a bone of the skeleton with its numbers, found '{shorten(line, 60)}'") from None
+            raise InputError(
+                f"{source}:{number}: expected a bone of the skeleton with its numbers, found '{shorten(line, 60)}'"
+            ) from None
         found[words[0]].append(numbers)
     counts = {len(rows) for rows in found.values()}
     if len(counts) != 1 or not 1 <= (frames := counts.pop()) <= MAX_FRAMES:
-        raise InputError(f"{source}: bones have different numbers of frames, or none; the file is truncated")
+        raise InputError(
+            f"{source}: bones have different numbers of frames, or none; the file is truncated"
+        )
     arrays = {name: np.array(rows, np.float64).reshape(frames, -1) for name, rows in found.items()}
     if not all(np.isfinite(array).all() for array in arrays.values()):
         raise InputError(f"{source}: a number is not finite")

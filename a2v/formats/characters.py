@@ -1,5 +1,5 @@
-"""What every format of characters needs: clips that are checked, transforms in the parents' frames, what faces express, encoded textures,
-linear colours."""
+"""What every format of characters needs: clips that are checked, transforms in the parents' frames,
+what faces express, encoded textures, linear colours."""
 
 from __future__ import annotations
 
@@ -39,27 +39,37 @@ def check_clips(clips: Clips | None, bones: int) -> dict[str, tuple[FloatArray, 
 def _check_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[FloatArray, float]:
     transforms, fps = np.asarray(clip[0], dtype=np.float64), float(clip[1])
     if transforms.ndim != 4 or transforms.shape[1:] != (bones, 4, 4) or len(transforms) == 0:
-        raise InputError(f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1")
+        raise InputError(
+            f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1"
+        )
     if not np.isfinite(transforms).all():
         raise InputError(f"clip '{name}' holds NaN or infinite numbers")
     if not (np.isfinite(fps) and fps > 0):
-        raise InputError(f"clip '{name}' runs at {fps} frames per second; expected a positive number")
+        raise InputError(
+            f"clip '{name}' runs at {fps} frames per second; expected a positive number"
+        )
     return transforms, fps
 
 
 def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
-    """Rigid transforms (T, B, 4, 4), world from bone, relative to the parents' (B,); the roots' stay as they are."""
+    """Rigid transforms (T, B, 4, 4), world from bone, relative to the parents' (B,); the roots'
+    stay as they are."""
     local = transforms.copy()
     for bone, parent in enumerate(parents.tolist()):
         if parent >= 0:
             from_world = np.swapaxes(transforms[:, parent, :3, :3], 1, 2)
             local[:, bone, :3, :3] = from_world @ transforms[:, bone, :3, :3]
-            local[:, bone, :3, 3] = np.einsum("tab,tb->ta", from_world, transforms[:, bone, :3, 3] - transforms[:, parent, :3, 3])
+            local[:, bone, :3, 3] = np.einsum(
+                "tab,tb->ta", from_world, transforms[:, bone, :3, 3] - transforms[:, parent, :3, 3]
+            )
     return local
 
 
-def strength_tables(face: Face | None, clips: Clips, expressions: Strengths | None) -> dict[str, FloatArray]:
-    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; nothing without a face.
+def strength_tables(
+    face: Face | None, clips: Clips, expressions: Strengths | None
+) -> dict[str, FloatArray]:
+    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; nothing
+    without a face.
 
     Raises
     ------
@@ -85,7 +95,8 @@ def strength_tables(face: Face | None, clips: Clips, expressions: Strengths | No
 
 
 class ShadedTargets:
-    """A surface's expressions with what they do to its normals, without which viewers shade a shut lid as the open one."""
+    """A surface's expressions with what they do to its normals, without which viewers shade a shut
+    lid as the open one."""
 
     def __init__(self, surface: Surface):
         assert surface.face is not None
@@ -96,17 +107,26 @@ class ShadedTargets:
         self._sums = _gathered(self._faces, self._crosses, len(self._vertices))
 
     def __call__(self, name: str) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Ascending vertices (n,) whose place or normal the expression `name` changes, offsets (n, 3) of places, metres, and of unit normals."""
+        """Ascending vertices (n,) whose place or normal the expression `name` changes, offsets (n,
+        3) of places, metres, and of unit normals."""
         moved, offsets = self.face.target(name)
         vertices = self._vertices.copy()
         vertices[moved] += offsets
         is_moved = np.zeros(len(vertices), bool)
         is_moved[moved] = True
         near = is_moved[self._faces].any(axis=1)
-        sums = self._sums + _gathered(self._faces[near], self._cross(vertices, self._faces[near]) - self._crosses[near], len(vertices))
+        sums = self._sums + _gathered(
+            self._faces[near],
+            self._cross(vertices, self._faces[near]) - self._crosses[near],
+            len(vertices),
+        )
         turned = unit(sums, least=1e-20) - unit(self._sums, least=1e-20)
         places = np.flatnonzero(is_moved | (np.abs(turned).max(axis=1) > _LEAST_TURN))
-        return places, (vertices - self._vertices)[places].astype(np.float32), turned[places].astype(np.float32)
+        return (
+            places,
+            (vertices - self._vertices)[places].astype(np.float32),
+            turned[places].astype(np.float32),
+        )
 
     @staticmethod
     def _cross(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -120,22 +140,29 @@ _LEAST_TURN = 0.02
 
 def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
     """Sums (count, 3) of the `values` (F, 3) of the faces around each vertex."""
-    return np.stack([np.bincount(faces.ravel(), np.repeat(values[:, axis], 3), count) for axis in range(3)], axis=-1)
+    return np.stack(
+        [np.bincount(faces.ravel(), np.repeat(values[:, axis], 3), count) for axis in range(3)],
+        axis=-1,
+    )
 
 
 def linear_colors(colors: FloatArray) -> FloatArray:
-    """Linear light (V, 3) float64 of sRGB vertex colours (V, 3) in [0, 1], as glTF and USD keep them."""
+    """Linear light (V, 3) float64 of sRGB vertex colours (V, 3) in [0, 1], as glTF and USD keep
+    them."""
     encoded = np.clip(colors.astype(np.float64), 0, 1)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def encode_texture(texture: ByteArray, quality: int) -> tuple[bytes, str]:
-    """A texture (H, W, 3) uint8 sRGB as JPEG of a `quality` from 1 to 100, or as PNG for 0, and its MIME type."""
+    """A texture (H, W, 3) uint8 sRGB as JPEG of a `quality` from 1 to 100, or as PNG for 0, and its
+    MIME type."""
     from PIL import Image
 
     stream = io.BytesIO()
     if quality > 0:
-        Image.fromarray(texture).save(stream, format="JPEG", quality=min(quality, 100), subsampling=0)
+        Image.fromarray(texture).save(
+            stream, format="JPEG", quality=min(quality, 100), subsampling=0
+        )
         return stream.getvalue(), "image/jpeg"
     Image.fromarray(texture).save(stream, format="PNG")
     return stream.getvalue(), "image/png"

@@ -1,4 +1,5 @@
-"""DeepMimic's clips: text files of durations, root positions and quaternions for its ``humanoid3d`` character."""
+"""DeepMimic's clips: text files of durations, root positions and quaternions for its ``humanoid3d``
+character."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ from a2v.kinematics.so3 import quat_to_rotmat, rotvec_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics
 from a2v.types import FloatArray, Motion
 
-# DeepMimic's humanoid3d: name, parent, offset in metres (x forward, y up, z right), degrees of freedom in a frame:
-# 4 a quaternion, 1 an angle about z, 0 fixed. Frames hold the duration, the root's position and then these, in order.
+# DeepMimic's humanoid3d: name, parent, offset in metres (x forward, y up, z right), degrees of
+# freedom in a frame: 4 a quaternion, 1 an angle about z, 0 fixed. Frames hold the duration, the
+# root's position and then these, in order.
 _HUMANOID3D: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
     ("root", -1, (0, 0, 0), 4),
     ("chest", 0, (0, 0.236151, 0), 4),
@@ -33,7 +35,12 @@ _HUMANOID3D: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
     ("left_shoulder", 1, (-0.02405, 0.2435, -0.18311), 4),
     ("left_elbow", 12, (0, -0.274788, 0), 1),
     ("left_wrist", 13, (0, -0.258947, 0), 0),
-    ("right_foot", 5, (0.13, -0.05, 0), 0),  # tips that its boxes and spheres imply: they show where feet and head point
+    (
+        "right_foot",
+        5,
+        (0.13, -0.05, 0),
+        0,
+    ),  # tips that its boxes and spheres imply: they show where feet and head point
     ("left_foot", 11, (0.13, -0.05, 0), 0),
     ("head", 2, (0, 0.175, 0), 0),
 )
@@ -45,8 +52,9 @@ MAX_BYTES = 256 << 20
 def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     """Read a DeepMimic clip for its ``humanoid3d`` character (quaternions wxyz, x forward, y up).
 
-    Frames of uneven duration are resampled to the median rate. The wrists are fixed there and the feet and head are
-    boxes: tips of plausible length stand for them (``left_foot``, ``right_foot``, ``head``).
+    Frames of uneven duration are resampled to the median rate. The wrists are fixed there and the
+    feet and head are boxes: tips of plausible length stand for them (``left_foot``, ``right_foot``,
+    ``head``).
 
     Parameters
     ----------
@@ -77,7 +85,9 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
         joints=joints.astype(np.float32),
         rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
         root=joints[:, 0].astype(np.float32),
-        fps=float(round(1 / duration)) if abs(1 / duration - round(1 / duration)) < 0.05 else 1 / duration,
+        fps=float(round(1 / duration))
+        if abs(1 / duration - round(1 / duration)) < 0.05
+        else 1 / duration,
         parents=np.asarray(parents),
         joint_names=names,
         action=action or source.stem,
@@ -92,17 +102,29 @@ def _read_frames(source: Path) -> FloatArray:
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{source}: no 'Frames' in it; expected a DeepMimic clip")
     for number, row in enumerate(rows):
-        if not isinstance(row, list) or len(row) != _FRAME or not all(isinstance(value, int | float) for value in row):
+        if (
+            not isinstance(row, list)
+            or len(row) != _FRAME
+            or not all(isinstance(value, int | float) for value in row)
+        ):
             got = len(row) if isinstance(row, list) else "no list of"
-            raise InputError(f"{source}: frame {number} has {got} numbers; expected {_FRAME} (humanoid3d)")
+            raise InputError(
+                f"{source}: frame {number} has {got} numbers; expected {_FRAME} (humanoid3d)"
+            )
     try:
         frames = np.asarray(rows, dtype=np.float64)
     except OverflowError:
-        raise InputError(f"{source}: a number has hundreds of digits; expected metres, seconds and quaternions") from None
+        raise InputError(
+            f"{source}: a number has hundreds of digits; expected metres, seconds and quaternions"
+        ) from None
     if len(frames) * len(_HUMANOID3D) > MAX_JOINT_FRAMES:
-        raise InputError(f"{source}: {len(frames)} frames are more than are read ({MAX_JOINT_FRAMES // len(_HUMANOID3D)}); cut the clip")
+        raise InputError(
+            f"{source}: {len(frames)} frames are more than are read ({MAX_JOINT_FRAMES // len(_HUMANOID3D)}); cut the clip"
+        )
     if not np.isfinite(frames).all() or np.abs(frames).max() > 1e4:
-        raise InputError(f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, infinite or absurd numbers")
+        raise InputError(
+            f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, infinite or absurd numbers"
+        )
     return frames
 
 
@@ -116,7 +138,9 @@ def _joint_positions(frames: FloatArray, source: Path) -> FloatArray:
         if dof == 4:
             quats = frames[:, column : column + 4]
             if (np.linalg.norm(quats, axis=1) < 1e-3).any():
-                raise InputError(f"{source}: the quaternion of '{name}' is zero in frame {int(np.argmin(np.linalg.norm(quats, axis=1)))}")
+                raise InputError(
+                    f"{source}: the quaternion of '{name}' is zero in frame {int(np.argmin(np.linalg.norm(quats, axis=1)))}"
+                )
             local = quat_to_rotmat(quats)
         elif dof == 1:
             local = rotvec_to_rotmat(frames[:, column, None] * np.array([0.0, 0, 1]))
@@ -139,8 +163,12 @@ def _even(joints: FloatArray, durations: FloatArray, step: float) -> FloatArray:
     if (np.diff(times) <= 0).any():
         return joints
     if times[-1] / step * joints.shape[1] > MAX_JOINT_FRAMES:
-        raise InputError(f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; cut it")
+        raise InputError(
+            f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; cut it"
+        )
     from scipy.interpolate import PchipInterpolator
 
-    result: FloatArray = PchipInterpolator(times, joints, axis=0)(np.arange(0, times[-1] + 1e-9, step))
+    result: FloatArray = PchipInterpolator(times, joints, axis=0)(
+        np.arange(0, times[-1] + 1e-9, step)
+    )
     return result

@@ -1,7 +1,9 @@
-"""FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in centimetres.
+"""FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in
+centimetres.
 
-`fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's exporter, run by Node; `fbx_reader.mjs` turns an FBX of
-others into a GLB. The packages come from npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
+`fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's
+exporter, run by Node; `fbx_reader.mjs` turns an FBX of others into a GLB. The packages come from
+npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from a2v.types import Character
 
 WRITER = Path(__file__).with_name("fbx_writer.mjs")
 PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1"))
-"""What the script imports, MIT both: three.js reads GLB as browsers do, Comfy's is the one kept exporter of skins and clips for it."""
+"""What the script imports, MIT both: three.js reads GLB as browsers do, Comfy's is the one kept
+exporter of skins and clips for it."""
 
 READER = WRITER.with_name("fbx_reader.mjs")
 SCALE = WRITER.with_name("fbx_scale.mjs")
@@ -45,12 +48,17 @@ def can_write() -> bool:
 
 
 def write_fbx(
-    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, expressions: Strengths | None = None
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Clips | None = None,
+    *,
+    expressions: Strengths | None = None,
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated binary FBX, atomically.
 
-    Centimetres, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip is an animation stack with
-    straight lines between keys, one a frame; expressions are blend shapes.
+    Centimetres, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip
+    is an animation stack with straight lines between keys, one a frame; expressions are blend
+    shapes.
 
     Parameters
     ----------
@@ -76,7 +84,8 @@ def write_fbx(
 
 
 def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:
-    """Write a GLB with one picture at most as binary FBX in centimetres, atomically; its clips have `fps` keys per second.
+    """Write a GLB with one picture at most as binary FBX in centimetres, atomically; its clips have
+    `fps` keys per second.
 
     Raises
     ------
@@ -88,7 +97,8 @@ def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, 
 
 
 def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in metres, without its pictures.
+    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in metres, without its
+    pictures.
 
     Raises
     ------
@@ -116,7 +126,9 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
 
 def _plain(character: Character) -> Character:
     """The character as the script can take it: one material with one picture."""
-    return dataclasses.replace(character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None))
+    return dataclasses.replace(
+        character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None)
+    )
 
 
 def _run(script: Path, *arguments: str | Path) -> None:
@@ -127,18 +139,37 @@ def _run(script: Path, *arguments: str | Path) -> None:
             "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or use a .glb"
         )
     modules = PACKAGES.demand("FBX", "or use a .glb")
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("NODE_")}
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith("NODE_")
+    }
     with tempfile.TemporaryDirectory() as folder:
         for file in (script, SCALE):
             shutil.copy(file, folder)  # imports are looked for beside the script
         link_folder(Path(folder) / "node_modules", modules.resolve())
         command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
-        command += [str(Path(argument).absolute()) if isinstance(argument, Path) else argument for argument in arguments]
+        command += [
+            str(Path(argument).absolute()) if isinstance(argument, Path) else argument
+            for argument in arguments
+        ]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, env=environment, check=False)
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=SECONDS,
+                env=environment,
+                check=False,
+            )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise A2VError(f"FBX: cannot run {node} ({shorten(error)}); expected Node 18 or newer") from error
+            raise A2VError(
+                f"FBX: cannot run {node} ({shorten(error)}); expected Node 18 or newer"
+            ) from error
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
-        told = next((line for line in lines if re.match(r"\w*Error\b", line)), lines[-1] if lines else f"exit code {done.returncode}")
-        raise A2VError(f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used")
+        told = next(
+            (line for line in lines if re.match(r"\w*Error\b", line)),
+            lines[-1] if lines else f"exit code {done.returncode}",
+        )
+        raise A2VError(
+            f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used"
+        )

@@ -14,8 +14,11 @@ from a2v.io import atomic_path
 from a2v.types import FloatArray, Surface
 
 
-def write_obj(path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None) -> None:
-    """Write Wavefront OBJ: colours behind the positions (``v x y z r g b``); with a texture also ``vt``, an ``.mtl`` and a ``.png``.
+def write_obj(
+    path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None
+) -> None:
+    """Write Wavefront OBJ: colours behind the positions (``v x y z r g b``); with a texture also
+    ``vt``, an ``.mtl`` and a ``.png``.
 
     Parameters
     ----------
@@ -32,11 +35,20 @@ def write_obj(path: str | os.PathLike[str], surface: Surface, *, vertices: Float
         with atomic_path(target.with_suffix(".png")) as temporary:
             temporary.write_bytes(encode_texture(surface.texture, 0)[0])
         with atomic_path(target.with_suffix(".mtl")) as temporary:
-            temporary.write_text(f"newmtl surface\nKd 1 1 1\nmap_Kd {target.stem}.png\n", encoding="utf-8")
+            temporary.write_text(
+                f"newmtl surface\nKd 1 1 1\nmap_Kd {target.stem}.png\n", encoding="utf-8"
+            )
         lines += [f"mtllib {target.stem}.mtl", "usemtl surface"]
-    with atomic_path(target) as temporary, open(temporary, "w", encoding="utf-8", newline="\n") as stream:
+    with (
+        atomic_path(target) as temporary,
+        open(temporary, "w", encoding="utf-8", newline="\n") as stream,
+    ):
         stream.write("".join(f"{line}\n" for line in lines))
-        np.savetxt(stream, np.concatenate([points, surface.colors], axis=1), fmt="v %.6f %.6f %.6f %.4f %.4f %.4f")
+        np.savetxt(
+            stream,
+            np.concatenate([points, surface.colors], axis=1),
+            fmt="v %.6f %.6f %.6f %.4f %.4f %.4f",
+        )
         corners = surface.faces.astype(np.int64) + 1
         if surface.uv is not None:
             unique, index = np.unique(surface.uv.reshape(-1, 2), axis=0, return_inverse=True)
@@ -47,12 +59,21 @@ def write_obj(path: str | os.PathLike[str], surface: Surface, *, vertices: Float
             np.savetxt(stream, corners, fmt="f %d %d %d")
 
 
-def write_ply(path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None) -> None:
-    """Write binary PLY with positions, normals and 8-bit colours; `vertices` (V, 3) replaces the surface's."""
+def write_ply(
+    path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None
+) -> None:
+    """Write binary PLY with positions, normals and 8-bit colours; `vertices` (V, 3) replaces the
+    surface's."""
     points = _points(surface, vertices)
-    normals = vertex_normals(points.astype(np.float64), surface.faces.astype(np.int64)).astype("<f4")
+    normals = vertex_normals(points.astype(np.float64), surface.faces.astype(np.int64)).astype(
+        "<f4"
+    )
     table = np.zeros(len(points), dtype=[("p", "<f4", 3), ("n", "<f4", 3), ("c", "u1", 3)])
-    table["p"], table["n"], table["c"] = points, normals, np.round(np.clip(surface.colors, 0, 1) * 255)
+    table["p"], table["n"], table["c"] = (
+        points,
+        normals,
+        np.round(np.clip(surface.colors, 0, 1) * 255),
+    )
     faces = np.zeros(len(surface.faces), dtype=[("count", "u1"), ("v", "<i4", 3)])
     faces["count"], faces["v"] = 3, surface.faces
     properties = "".join(f"property float {axis}\n" for axis in ("x", "y", "z", "nx", "ny", "nz"))
@@ -69,5 +90,7 @@ def _points(surface: Surface, vertices: FloatArray | None) -> FloatArray:
     if vertices is None:
         return surface.vertices
     if np.shape(vertices) != surface.vertices.shape:
-        raise InputError(f"vertices have shape {np.shape(vertices)}; expected {surface.vertices.shape}")
+        raise InputError(
+            f"vertices have shape {np.shape(vertices)}; expected {surface.vertices.shape}"
+        )
     return np.asarray(vertices)

@@ -1,7 +1,8 @@
 """Which file formats there are, by suffix.
 
-A new one takes a module with its reader or writer and an entry in `MOTION_FORMATS` or `CHARACTER_FORMATS` here: reading by suffix,
-what the commands write and what error sentences list follow from the tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
+A new one takes a module with its reader or writer and an entry in `MOTION_FORMATS` or
+`CHARACTER_FORMATS` here: reading by suffix, what the commands write and what error sentences list
+follow from the tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
 `a2v.rendering.PAGE_FORMATS`) are entries of the same kinds.
 """
 
@@ -53,7 +54,9 @@ class MotionFormat:
 class CharacterWriter(Protocol):
     """Writes a `Character`, its `Clips` and what its face does in them, atomically."""
 
-    def __call__(self, path: Path, character: Character, clips: Clips, /, *, expressions: Strengths | None) -> object:
+    def __call__(
+        self, path: Path, character: Character, clips: Clips, /, *, expressions: Strengths | None
+    ) -> object:
         """Write it."""
 
 
@@ -73,14 +76,20 @@ class CharacterFormat:
 
 
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
-    MotionFormat(suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh),
+    MotionFormat(
+        suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh
+    ),
     MotionFormat(
         suffixes=(".npz",),
         read=lambda path, _: Motion.load(path),
         write=lambda path, motion: motion.save(path),
         batches=True,
     ),
-    MotionFormat(suffixes=(".txt", ".json"), read=lambda path, action: read_deepmimic(path, action=action), title="DeepMimic's .txt"),
+    MotionFormat(
+        suffixes=(".txt", ".json"),
+        read=lambda path, action: read_deepmimic(path, action=action),
+        title="DeepMimic's .txt",
+    ),
 )
 """Motions as data: BVH, a2v's own ``.npz``, DeepMimic."""
 
@@ -100,8 +109,11 @@ def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> 
 
 
 def readable_motions(last: str = " or ") -> str:
-    """What `read_motion` takes, for sentences: ".bvh, .npz or DeepMimic's .txt"; `last` stands before the last one."""
-    titles = [item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None]
+    """What `read_motion` takes, for sentences: ".bvh, .npz or DeepMimic's .txt"; `last` stands
+    before the last one."""
+    titles = [
+        item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None
+    ]
     return f"{', '.join(titles[:-1])}{last}{titles[-1]}"
 
 
@@ -118,16 +130,21 @@ def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Form
         if item.write is not None and target.suffix.lower() in item.suffixes:
             return item
     known = suffixes_of(formats)
-    raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(known[:-1])} or {known[-1]}")
+    raise InputError(
+        f"cannot write {target}; expected a name that ends in {', '.join(known[:-1])} or {known[-1]}"
+    )
 
 
-def read_motion(path: str | os.PathLike[str], *, fps: float | None = None, action: str = "") -> Motion:
+def read_motion(
+    path: str | os.PathLike[str], *, fps: float | None = None, action: str = ""
+) -> Motion:
     """Read a motion by its file's suffix.
 
     Parameters
     ----------
     path : path
-        ``.bvh`` (`read_bvh`), ``.npz`` (`Motion.save`) or ``.txt``/``.json`` (DeepMimic's ``Frames``).
+        ``.bvh`` (`read_bvh`), ``.npz`` (`Motion.save`) or ``.txt``/``.json`` (DeepMimic's
+        ``Frames``).
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str
@@ -141,7 +158,8 @@ def read_motion(path: str | os.PathLike[str], *, fps: float | None = None, actio
     Raises
     ------
     InputError
-        Unknown suffix or unreadable file; the message names it (and the line, where the format has lines).
+        Unknown suffix or unreadable file; the message names it (and the line, where the format has
+        lines).
     """
     source = Path(path)
     suffix = source.suffix.lower()
@@ -149,10 +167,14 @@ def read_motion(path: str | os.PathLike[str], *, fps: float | None = None, actio
         if item.read is not None and suffix in item.suffixes:
             motion = item.read(source, action or source.stem)
             return motion if fps is None else resample_motion(motion, fps)
-    raise InputError(f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected {readable_motions()}")
+    raise InputError(
+        f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected {readable_motions()}"
+    )
 
 
-def write_motion(path: str | os.PathLike[str], motion: Motion, formats: Sequence[MotionFormat] = MOTION_FORMATS) -> list[Path]:
+def write_motion(
+    path: str | os.PathLike[str], motion: Motion, formats: Sequence[MotionFormat] = MOTION_FORMATS
+) -> list[Path]:
     """Write a clip, or a batch (N,) of clips, by the path's suffix.
 
     Parameters
@@ -178,7 +200,10 @@ def write_motion(path: str | os.PathLike[str], motion: Motion, formats: Sequence
     if not motion.batch or item.batches:
         item.write(target, motion)
         return [target]
-    targets = [target.with_name(f"{target.stem}_{index:03d}{target.suffix}") for index in range(motion.batch[0])]
+    targets = [
+        target.with_name(f"{target.stem}_{index:03d}{target.suffix}")
+        for index in range(motion.batch[0])
+    ]
     for index, numbered in enumerate(targets):
         item.write(numbered, motion[index])
     return targets
@@ -197,7 +222,8 @@ def write_character(
     Raises
     ------
     InputError
-        No format writes such a name, a clip does not fit the character, or the file cannot be written.
+        No format writes such a name, a clip does not fit the character, or the file cannot be
+        written.
     """
     target = Path(path)
     writer_of(target, formats).write(target, character, clips, expressions=expressions)

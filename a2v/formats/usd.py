@@ -1,4 +1,5 @@
-"""Characters as USD (UsdSkel), for Omniverse, Houdini, Maya, Unreal and Apple's viewers. Needs the extra ``a2v[usd]``."""
+"""Characters as USD (UsdSkel), for Omniverse, Houdini, Maya, Unreal and Apple's viewers. Needs the
+extra ``a2v[usd]``."""
 
 from __future__ import annotations
 
@@ -41,13 +42,15 @@ def write_usd(
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated character as USD.
 
-    One SkelRoot with mesh, skeleton and a SkelAnimation a clip; the first clip is the one that plays, since USD binds one at
-    a time. Time codes are frames of the first clip; the other clips' keys stand at their own moments. Metres, y up.
+    One SkelRoot with mesh, skeleton and a SkelAnimation a clip; the first clip is the one that
+    plays, since USD binds one at a time. Time codes are frames of the first clip; the other clips'
+    keys stand at their own moments. Metres, y up.
 
     Parameters
     ----------
     path : path
-        ``.usdz`` holds its texture; beside ``.usdc``, ``.usda`` and ``.usd`` it is written as ``<stem>_texture.jpg`` or ``.png``.
+        ``.usdz`` holds its texture; beside ``.usdc``, ``.usda`` and ``.usd`` it is written as
+        ``<stem>_texture.jpg`` or ``.png``.
     character : Character
     clips : Clips or None
     name : str
@@ -60,13 +63,16 @@ def write_usd(
     Raises
     ------
     InputError
-        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no frames; unknown expressions.
+        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no
+        frames; unknown expressions.
     MissingDependencyError
         ``usd-core`` is not installed.
     """
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
-        raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}")
+        raise InputError(
+            f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}"
+        )
     checked = check_clips(clips, len(character.body.bone_names))
     tables = strength_tables(character.surface.face, checked, expressions)
     _check_installed()
@@ -75,9 +81,19 @@ def write_usd(
     packed = target.suffix.lower() == ".usdz"
     texture = _texture_file(character.surface, "" if packed else f"{target.stem}_", jpeg_quality)
     with tempfile.TemporaryDirectory() as folder:
-        scene = Path(folder) / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
+        scene = (
+            Path(folder)
+            / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
+        )
         stage = Usd.Stage.CreateNew(str(scene))
-        _fill_stage(stage, character, checked, tables, _identifier(name), None if texture is None else texture[0])
+        _fill_stage(
+            stage,
+            character,
+            checked,
+            tables,
+            _identifier(name),
+            None if texture is None else texture[0],
+        )
         stage.GetRootLayer().Save()
         if packed:
             if texture is not None:
@@ -97,7 +113,9 @@ def _check_installed() -> None:
     try:
         import pxr  # noqa: F401
     except ImportError as error:
-        raise MissingDependencyError("USD needs the package usd-core; install it with: pip install 'a2v[usd]'") from error
+        raise MissingDependencyError(
+            "USD needs the package usd-core; install it with: pip install 'a2v[usd]'"
+        ) from error
 
 
 def _texture_file(surface: Surface, begin: str, quality: int) -> tuple[str, bytes] | None:
@@ -122,7 +140,8 @@ def _fill_stage(
     name: str,
     texture: str | None,
 ) -> None:
-    """Make the prims of a character, its clips and what its face does in them under ``/name``; `texture` is the file's name beside the stage."""
+    """Make the prims of a character, its clips and what its face does in them under ``/name``;
+    `texture` is the file's name beside the stage."""
     from pxr import UsdGeom, UsdSkel
 
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
@@ -166,7 +185,9 @@ def _add_skeleton(stage: Any, body: Body, path: str) -> Any:
         joints.append(labels[bone] if parent < 0 else f"{joints[parent]}/{labels[bone]}")
     bind = body.bone_transforms.astype(np.float64)
 
-    def matrices(values: FloatArray) -> Any:  # USD's points are rows: v M, so matrices are transposed
+    def matrices(
+        values: FloatArray,
+    ) -> Any:  # USD's points are rows: v M, so matrices are transposed
         return Vt.Matrix4dArray.FromNumpy(np.ascontiguousarray(np.swapaxes(values, 1, 2)))
 
     skeleton = UsdSkel.Skeleton.Define(stage, path)
@@ -183,15 +204,23 @@ def _add_mesh(stage: Any, surface: Surface, path: str, *, textured: bool) -> Any
     points = np.ascontiguousarray(surface.vertices, np.float32)
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(surface.faces), 3, np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces, np.int32).ravel()))
+    mesh.CreateFaceVertexIndicesAttr(
+        Vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces, np.int32).ravel())
+    )
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateNormalsAttr(
-        Vt.Vec3fArray.FromNumpy(vertex_normals(surface.vertices, surface.faces.astype(np.int64), dtype=np.float32).astype(np.float32))
+        Vt.Vec3fArray.FromNumpy(
+            vertex_normals(
+                surface.vertices, surface.faces.astype(np.int64), dtype=np.float32
+            ).astype(np.float32)
+        )
     )
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get()))
     if textured and surface.uv is not None:
-        uv = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
+        uv = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+            "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+        )
         uv.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(surface.uv.reshape(-1, 2), np.float32)))
     else:
         shown = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
@@ -203,9 +232,13 @@ def _bind_skin(mesh: Any, character: Character, skeleton: Any) -> None:
     from pxr import Gf, UsdSkel, Vt
 
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
-    binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(character.bones, np.int32).ravel()))
+    binding.CreateJointIndicesPrimvar(False, 4).Set(
+        Vt.IntArray.FromNumpy(np.ascontiguousarray(character.bones, np.int32).ravel())
+    )
     weights = character.weights / character.weights.sum(axis=1, keepdims=True)
-    binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel()))
+    binding.CreateJointWeightsPrimvar(False, 4).Set(
+        Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel())
+    )
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1))
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
 
@@ -219,16 +252,23 @@ def _add_expressions(stage: Any, mesh: Any, expressions: ShadedTargets) -> None:
         vertices, offsets, turns = expressions(name)
         shape = UsdSkel.BlendShape.Define(stage, f"{mesh.GetPath()}/{_identifier(name)}")
         shape.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(offsets, np.float32)))
-        shape.CreateNormalOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(turns, np.float32)))
-        shape.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(vertices, np.int32)))
+        shape.CreateNormalOffsetsAttr(
+            Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(turns, np.float32))
+        )
+        shape.CreatePointIndicesAttr(
+            Vt.IntArray.FromNumpy(np.ascontiguousarray(vertices, np.int32))
+        )
         paths.append(shape.GetPath())
     binding = UsdSkel.BindingAPI(mesh.GetPrim())
     binding.CreateBlendShapesAttr([_identifier(name) for name in names])
     binding.CreateBlendShapeTargetsRel().SetTargets(paths)
 
 
-def _animate_face(animation: Any, names: Sequence[str], table: FloatArray, *, codes: FloatArray) -> None:
-    """Add strengths (T, N) of the expressions `names` to a SkelAnimation, those that are ever more than nothing."""
+def _animate_face(
+    animation: Any, names: Sequence[str], table: FloatArray, *, codes: FloatArray
+) -> None:
+    """Add strengths (T, N) of the expressions `names` to a SkelAnimation, those that are ever more
+    than nothing."""
     from pxr import Vt
 
     used = np.flatnonzero(table.any(axis=0))
@@ -238,19 +278,32 @@ def _animate_face(animation: Any, names: Sequence[str], table: FloatArray, *, co
         weights.Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(row[used], np.float32)), code)
 
 
-def _add_animation(stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray) -> Any:
-    """A SkelAnimation of transforms (T, B, 4, 4) in the parents' frames, keys at the time codes (T,)."""
+def _add_animation(
+    stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray
+) -> Any:
+    """A SkelAnimation of transforms (T, B, 4, 4) in the parents' frames, keys at the time codes
+    (T,)."""
     from pxr import Gf, UsdSkel, Vt
 
     animation = UsdSkel.Animation.Define(stage, path)
     animation.CreateJointsAttr(joints)
-    quats = np.stack([continuous(rotmat_to_quat(steps[:, bone, :3, :3])) for bone in range(steps.shape[1])], axis=1)
+    quats = np.stack(
+        [continuous(rotmat_to_quat(steps[:, bone, :3, :3])) for bone in range(steps.shape[1])],
+        axis=1,
+    )
     rotations, translations = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr()
     animation.CreateScalesAttr().Set(Vt.Vec3hArray([Gf.Vec3h(1)] * steps.shape[1]))
     for frame, code in enumerate(codes.tolist()):
         # numpy's quaternions are wxyz, the memory of Gf.Quatf is xyzw
-        rotations.Set(Vt.QuatfArray.FromNumpy(np.ascontiguousarray(quats[frame][:, [1, 2, 3, 0]], np.float32)), code)
-        translations.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(steps[frame, :, :3, 3], np.float32)), code)
+        rotations.Set(
+            Vt.QuatfArray.FromNumpy(
+                np.ascontiguousarray(quats[frame][:, [1, 2, 3, 0]], np.float32)
+            ),
+            code,
+        )
+        translations.Set(
+            Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(steps[frame, :, :3, 3], np.float32)), code
+        )
     return animation
 
 
@@ -277,7 +330,11 @@ def _add_material(stage: Any, mesh: Any, path: str, texture: str | None) -> None
         image.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB")
         image.CreateInput("wrapS", Sdf.ValueTypeNames.Token).Set("clamp")
         image.CreateInput("wrapT", Sdf.ValueTypeNames.Token).Set("clamp")
-        image.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float2))
+        image.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
+            reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+        )
         color.ConnectToSource(image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
-    material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    material.CreateSurfaceOutput().ConnectToSource(
+        shader.CreateOutput("surface", Sdf.ValueTypeNames.Token)
+    )
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)

@@ -10,15 +10,20 @@ from a2v.types import ByteArray, FloatArray
 
 
 def linear_to_srgb(linear: FloatArray) -> FloatArray:
-    """Encode linear light, clipped to [0, 1], with the sRGB curve (IEC 61966-2-1); float32 in [0, 1]."""
+    """Encode linear light, clipped to [0, 1], with the sRGB curve (IEC 61966-2-1); float32 in [0,
+    1]."""
     clipped = np.clip(np.asarray(linear, np.float32), 0.0, 1.0)
-    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.power(clipped, 1 / 2.4) - 0.055).astype(np.float32)
+    return np.where(
+        clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.power(clipped, 1 / 2.4) - 0.055
+    ).astype(np.float32)
 
 
 def srgb_to_linear(encoded: FloatArray) -> FloatArray:
     """The inverse of `linear_to_srgb` on [0, 1]; float32."""
     clipped = np.clip(np.asarray(encoded, np.float32), 0.0, 1.0)
-    return np.where(clipped <= 0.04045, clipped / 12.92, np.power((clipped + 0.055) / 1.055, 2.4)).astype(np.float32)
+    return np.where(
+        clipped <= 0.04045, clipped / 12.92, np.power((clipped + 0.055) / 1.055, 2.4)
+    ).astype(np.float32)
 
 
 def to_bytes(srgb: FloatArray) -> ByteArray:
@@ -36,6 +41,9 @@ def _encoded() -> ByteArray:
 
 
 def srgb_bytes(linear: FloatArray) -> ByteArray:
-    """Linear light as sRGB, uint8: `to_bytes` of `linear_to_srgb` out of a table, within one level (at .3 % of the values), for a fifth of the time."""
-    index = np.clip(np.asarray(linear, np.float32), 0.0, 1.0) * np.float32(_STEPS - 1) + np.float32(0.5)
+    """Linear light as sRGB, uint8: `to_bytes` of `linear_to_srgb` out of a table, within one level
+    (at .3 % of the values), for a fifth of the time."""
+    index = np.clip(np.asarray(linear, np.float32), 0.0, 1.0) * np.float32(_STEPS - 1) + np.float32(
+        0.5
+    )
     return np.asarray(_encoded()[index.astype(np.uint16)])

@@ -9,7 +9,8 @@ from typing import Any
 
 @functools.cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
-    """`loops` compiled; what was compiled is kept on disk for other processes, beside the source or in the user's cache folder."""
+    """`loops` compiled; what was compiled is kept on disk for other processes, beside the source or
+    in the user's cache folder."""
     import numba
 
     try:

@@ -1,4 +1,5 @@
-"""Images and masks as fields over the plane: values at any pixel, contours, distances to them, what lies nearest."""
+"""Images and masks as fields over the plane: values at any pixel, contours, distances to them, what
+lies nearest."""
 
 from __future__ import annotations
 
@@ -7,30 +8,39 @@ import numpy as np
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 
-def sample_image(image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False) -> FloatArray:
-    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel positions (N, 2).
+def sample_image(
+    image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False
+) -> FloatArray:
+    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel
+    positions (N, 2).
 
     The centre of the first pixel is at (0.5, 0.5); the border is carried on.
     """
     return sample_index(image, columns=pixels[:, 0] - 0.5, rows=pixels[:, 1] - 0.5, linear=linear)
 
 
-def sample_index(image: FloatArray | ByteArray, *, columns: FloatArray, rows: FloatArray, linear: bool = False) -> FloatArray:
-    """Values as of `sample_image` at fractional indices (N,) of an image: the first pixel is at 0."""
+def sample_index(
+    image: FloatArray | ByteArray, *, columns: FloatArray, rows: FloatArray, linear: bool = False
+) -> FloatArray:
+    """Values as of `sample_image` at fractional indices (N,) of an image: the first pixel is at
+    0."""
     import cv2
 
     u, v = (np.ascontiguousarray(index, np.float32)[None] for index in (columns, rows))
     how = cv2.INTER_LINEAR if linear else cv2.INTER_CUBIC
     step = 30_000  # OpenCV's remap takes at most 32767 columns
     out = [
-        cv2.remap(image, u[:, i : i + step], v[:, i : i + step], how, borderMode=cv2.BORDER_REPLICATE)[0]
+        cv2.remap(
+            image, u[:, i : i + step], v[:, i : i + step], how, borderMode=cv2.BORDER_REPLICATE
+        )[0]
         for i in range(0, u.shape[1], step)
     ]
     return np.concatenate(out) if out else np.zeros((0, *image.shape[2:]), np.float32)
 
 
 def trace_contours(mask: FloatArray) -> list[FloatArray]:
-    """Closed lines u, v (n, 2) float64, pixels, where an opacity (H, W) in [0, 1] crosses 1/2; beyond the image it is 0."""
+    """Closed lines u, v (n, 2) float64, pixels, where an opacity (H, W) in [0, 1] crosses 1/2;
+    beyond the image it is 0."""
     from skimage.measure import find_contours
 
     # one pixel of padding less half a pixel to its centre
@@ -38,7 +48,8 @@ def trace_contours(mask: FloatArray) -> list[FloatArray]:
 
 
 def contour_distance(person: BoolArray) -> FloatArray:
-    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels, negative inside."""
+    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels,
+    negative inside."""
     import cv2
 
     out = cv2.distanceTransform((~person).astype(np.uint8), cv2.DIST_L2, 5)
@@ -47,7 +58,8 @@ def contour_distance(person: BoolArray) -> FloatArray:
 
 
 def nearest_known(known: BoolArray) -> tuple[IntArray, IntArray]:
-    """Row and column, each (H, W) int32, of the nearest pixel that is `known` (H, W); at least one must be."""
+    """Row and column, each (H, W) int32, of the nearest pixel that is `known` (H, W); at least one
+    must be."""
     from scipy.ndimage import distance_transform_edt
 
     rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)

@@ -10,7 +10,9 @@ from a2v.geometry.vectors import unit
 from a2v.types import FloatArray, IntArray
 
 
-def vertex_normals(vertices: FloatArray, faces: IntArray, *, dtype: type[np.floating[Any]] = np.float64) -> FloatArray:
+def vertex_normals(
+    vertices: FloatArray, faces: IntArray, *, dtype: type[np.floating[Any]] = np.float64
+) -> FloatArray:
     """Unit normals (V, 3) float64 weighted by face area; zero where a vertex has no face.
 
     Parameters
@@ -23,12 +25,16 @@ def vertex_normals(vertices: FloatArray, faces: IntArray, *, dtype: type[np.floa
     """
     corners = np.asarray(vertices, dtype)[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.stack([np.bincount(faces.ravel(), np.repeat(normal[:, a], 3), len(vertices)) for a in range(3)], -1)
+    total = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(normal[:, a], 3), len(vertices)) for a in range(3)],
+        -1,
+    )
     return unit(np.asarray(total, np.float64), least=1e-20)
 
 
 def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArray:
-    """Values (n, K) at places in faces whose `corner` (n, 3) vertices have the barycentric `weight` (n, 3, 1), out of those of the vertices (V, K).
+    """Values (n, K) at places in faces whose `corner` (n, 3) vertices have the barycentric `weight`
+    (n, 3, 1), out of those of the vertices (V, K).
 
     To the bit the sum over an axis of (n, 3, K), which takes twice as long.
     """
@@ -37,7 +43,8 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
 
 
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
-    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbours, so many times."""
+    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbours, so many
+    times."""
     from scipy.sparse import csr_matrix
 
     one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
@@ -53,22 +60,28 @@ def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
 def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Unit normals (F, 3) float32, worked out in float64; zero for degenerate faces."""
     corner = vertices[faces].astype(np.float64)
-    return unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])).astype(np.float32)
+    return unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])).astype(
+        np.float32
+    )
 
 
 def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """A third of the area of the faces around each vertex, (V,) square metres."""
     corners = vertices[faces]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    total: FloatArray = np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices)).astype(np.float64)
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    total: FloatArray = np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices)).astype(
+        np.float64
+    )
     return total
 
 
 def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float = 1e-2) -> Any:
     """Symmetric sparse matrix (V, V) of edge weights (cot alpha + cot beta) / 2.
 
-    Cotangents of obtuse triangles are negative, which lets local rotations flip: edge weights are kept above `smallest`
-    (degenerate triangles give it too).
+    Cotangents of obtuse triangles are negative, which lets local rotations flip: edge weights are
+    kept above `smallest` (degenerate triangles give it too).
     """
     from scipy.sparse import coo_matrix
 
@@ -84,7 +97,10 @@ def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float 
         columns += [j, i]
         values += [cotangent / 2, cotangent / 2]
     count = len(v)
-    matrix = coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count)).tocsr()
+    matrix = coo_matrix(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+        shape=(count, count),
+    ).tocsr()
     matrix.data = np.maximum(matrix.data, smallest)
     return matrix
 
@@ -102,18 +118,28 @@ def piece_of_faces(count: int, faces: IntArray) -> IntArray:
     from scipy.sparse.csgraph import connected_components
 
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    _, label = connected_components(sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False)
+    _, label = connected_components(
+        sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False
+    )
     return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
 
 
 def signed_volumes(vertices: FloatArray, faces: IntArray, piece: IntArray) -> FloatArray:
-    """Volume enclosed by each piece, m³, negative where its faces look inwards; `piece` (F,) numbers the pieces of the faces."""
+    """Volume enclosed by each piece, m³, negative where its faces look inwards; `piece` (F,)
+    numbers the pieces of the faces."""
     corners = np.asarray(vertices, np.float64)[faces]
-    return np.asarray(np.bincount(piece, np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6))
+    return np.asarray(
+        np.bincount(
+            piece, np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        )
+    )
 
 
-def keep_pieces(vertices: FloatArray, faces: IntArray, share: float = 1.0) -> tuple[FloatArray, IntArray]:
-    """The connected piece of largest volume, and others of at least `share` of it. Bubbles inside look inwards and go as well."""
+def keep_pieces(
+    vertices: FloatArray, faces: IntArray, share: float = 1.0
+) -> tuple[FloatArray, IntArray]:
+    """The connected piece of largest volume, and others of at least `share` of it. Bubbles inside
+    look inwards and go as well."""
     piece = piece_of_faces(len(vertices), faces)
     volumes = signed_volumes(vertices, faces, piece)
     good = volumes >= share * volumes.max()
@@ -123,17 +149,24 @@ def keep_pieces(vertices: FloatArray, faces: IntArray, share: float = 1.0) -> tu
 
 
 def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
-    """Whether every edge joins two faces that agree about outside, no vertex is left over, and every piece encloses a volume."""
+    """Whether every edge joins two faces that agree about outside, no vertex is left over, and
+    every piece encloses a volume."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     there = np.sort(edges[:, 0] * np.int64(len(vertices)) + edges[:, 1])
     back = np.sort(edges[:, 1] * np.int64(len(vertices)) + edges[:, 0])
-    if not len(faces) or (there[1:] == there[:-1]).any() or (there != back).any() or len(np.unique(faces)) != len(vertices):
+    if (
+        not len(faces)
+        or (there[1:] == there[:-1]).any()
+        or (there != back).any()
+        or len(np.unique(faces)) != len(vertices)
+    ):
         return False
     return bool((signed_volumes(vertices, faces, piece_of_faces(len(vertices), faces)) > 0).all())
 
 
 class Cholesky:
-    """A factored symmetric positive definite sparse matrix: factor once, solve many right-hand sides."""
+    """A factored symmetric positive definite sparse matrix: factor once, solve many right-hand
+    sides."""
 
     def __init__(self, matrix: Any):
         from cholespy import CholeskySolverD, MatrixType
@@ -141,7 +174,11 @@ class Cholesky:
         entries = matrix.tocoo()
         self._size = entries.shape[0]
         self._solver = CholeskySolverD(
-            self._size, entries.row.astype(np.int32), entries.col.astype(np.int32), entries.data.astype(np.float64), MatrixType.COO
+            self._size,
+            entries.row.astype(np.int32),
+            entries.col.astype(np.int32),
+            entries.data.astype(np.float64),
+            MatrixType.COO,
         )
 
     def solve(self, right: FloatArray) -> FloatArray:
@@ -165,7 +202,8 @@ def border_edges(faces: IntArray) -> IntArray:
 
 
 def border_loops(faces: IntArray) -> list[IntArray]:
-    """Borders of faces (F, 3) whose corners are each passed once, as vertices in order, the longest first."""
+    """Borders of faces (F, 3) whose corners are each passed once, as vertices in order, the longest
+    first."""
     following = {int(a): int(b) for a, b in border_edges(faces)}
     loops: list[IntArray] = []
     while following:

@@ -12,13 +12,16 @@ from a2v.types import ByteArray, FloatArray, IntArray
 _PADDING = 6
 """Texels around charts that get the nearest normal."""
 _LEAST_HEIGHT = 0.2
-"""Normals that lean farther from the surface than with this cosine are raised to it: they are errors of the correspondence."""
+"""Normals that lean farther from the surface than with this cosine are raised to it: they are
+errors of the correspondence."""
 
 
 def corner_tangents(vertices: FloatArray, faces: IntArray, uv: FloatArray) -> FloatArray:
-    """Tangents (F, 3, 4) of the faces' corners, as glTF has them: the direction of growing u along the surface, and the sign of the bitangent.
+    """Tangents (F, 3, 4) of the faces' corners, as glTF has them: the direction of growing u along
+    the surface, and the sign of the bitangent.
 
-    Corners of a vertex with the same texture coordinates share a tangent: the sum over their faces, square to the vertex's normal.
+    Corners of a vertex with the same texture coordinates share a tangent: the sum over their faces,
+    square to the vertex's normal.
 
     Parameters
     ----------
@@ -29,27 +32,46 @@ def corner_tangents(vertices: FloatArray, faces: IntArray, uv: FloatArray) -> Fl
     """
     points, tri = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
     normals = vertex_normals(points, tri)
-    edges, steps = (values[:, 1:] - values[:, :1] for values in (points[tri], np.asarray(uv, np.float64)))
+    edges, steps = (
+        values[:, 1:] - values[:, :1] for values in (points[tri], np.asarray(uv, np.float64))
+    )
     area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 1, 0] * steps[:, 0, 1]
     sign = np.where(area < 0, -1.0, 1.0)
     along = sign[:, None] * (edges[:, 0] * steps[:, 1, 1:] - edges[:, 1] * steps[:, 0, 1:])
     rows = np.concatenate(
-        [tri.reshape(-1, 1), np.ascontiguousarray(uv.reshape(-1, 2), np.float32).view(np.int32), np.repeat(sign > 0, 3)[:, None]], axis=1
+        [
+            tri.reshape(-1, 1),
+            np.ascontiguousarray(uv.reshape(-1, 2), np.float32).view(np.int32),
+            np.repeat(sign > 0, 3)[:, None],
+        ],
+        axis=1,
     )
     _, wedge = np.unique(rows, axis=0, return_inverse=True)
     wedge = np.asarray(wedge).reshape(-1)
-    total = np.stack([np.bincount(wedge, np.repeat(along[:, axis], 3)) for axis in range(3)], axis=-1)[wedge]
+    total = np.stack(
+        [np.bincount(wedge, np.repeat(along[:, axis], 3)) for axis in range(3)], axis=-1
+    )[wedge]
     normal = normals[tri].reshape(-1, 3)
     total -= (total * normal).sum(axis=1, keepdims=True) * normal
     lost = np.linalg.norm(total, axis=1) < 1e-12
-    total[lost] = np.cross(normal[lost], np.where(np.abs(normal[lost, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]]))
-    return np.asarray(np.concatenate([unit(total, least=1e-20), np.repeat(sign, 3)[:, None]], axis=1).reshape(-1, 3, 4))
+    total[lost] = np.cross(
+        normal[lost], np.where(np.abs(normal[lost, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
+    )
+    return np.asarray(
+        np.concatenate([unit(total, least=1e-20), np.repeat(sign, 3)[:, None]], axis=1).reshape(
+            -1, 3, 4
+        )
+    )
 
 
 def bake_normal_map(
-    fine: tuple[FloatArray, IntArray, FloatArray], coarse: tuple[FloatArray, IntArray, FloatArray], *, size: int
+    fine: tuple[FloatArray, IntArray, FloatArray],
+    coarse: tuple[FloatArray, IntArray, FloatArray],
+    *,
+    size: int,
 ) -> ByteArray:
-    """The normals of a fine mesh in the tangent space of a coarse one: (size, size, 3) uint8, row 0 is the top.
+    """The normals of a fine mesh in the tangent space of a coarse one: (size, size, 3) uint8, row 0
+    is the top.
 
     Both are (vertices (V, 3), faces (F, 3), uv (F, 3, 2)); a texel shows the same place of both.
     """
@@ -58,13 +80,23 @@ def bake_normal_map(
     own = face >= 0
     true_face, true_weights = texels(np.asarray(true_uv, np.float64) * size, size)
     both = own & (true_face >= 0)
-    wanted = _mixed(vertex_normals(true.astype(np.float64), true_tri.astype(np.int64))[true_tri], true_face[both], true_weights[both])
-    normal = _mixed(vertex_normals(points.astype(np.float64), tri.astype(np.int64))[tri], face[both], weights[both])
+    wanted = _mixed(
+        vertex_normals(true.astype(np.float64), true_tri.astype(np.int64))[true_tri],
+        true_face[both],
+        true_weights[both],
+    )
+    normal = _mixed(
+        vertex_normals(points.astype(np.float64), tri.astype(np.int64))[tri],
+        face[both],
+        weights[both],
+    )
     tangents = corner_tangents(points, tri, uv)
     tangent = _mixed(tangents[..., :3], face[both], weights[both])
     tangent = unit(tangent - (tangent * normal).sum(axis=1, keepdims=True) * normal, least=1e-12)
     bitangent = np.cross(normal, tangent) * tangents[face[both], 0, 3:]
-    local = np.stack([(wanted * axis).sum(axis=1) for axis in (tangent, bitangent, normal)], axis=-1)
+    local = np.stack(
+        [(wanted * axis).sum(axis=1) for axis in (tangent, bitangent, normal)], axis=-1
+    )
     local[:, 2] = np.maximum(local[:, 2], _LEAST_HEIGHT)
     flat = np.zeros((size, size, 3))
     flat[..., 2] = 1.0
@@ -73,12 +105,14 @@ def bake_normal_map(
 
 
 def _mixed(corners: FloatArray, face: IntArray, weights: FloatArray) -> FloatArray:
-    """Unit vectors (n, 3) of corners' values (F, 3, 3) at points of faces (n,) by barycentric weights (n, 3)."""
+    """Unit vectors (n, 3) of corners' values (F, 3, 3) at points of faces (n,) by barycentric
+    weights (n, 3)."""
     return np.asarray(unit(np.einsum("nk,nkc->nc", weights, corners[face]), least=1e-12))
 
 
 def _spread(values: FloatArray, known: np.ndarray) -> FloatArray:
-    """The values (H, W, 3) with what is not `known` (H, W) but near taken from the nearest that is: smaller copies of the picture mix them."""
+    """The values (H, W, 3) with what is not `known` (H, W) but near taken from the nearest that is:
+    smaller copies of the picture mix them."""
     from scipy.ndimage import distance_transform_edt
 
     if not known.any():

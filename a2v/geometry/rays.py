@@ -1,4 +1,5 @@
-"""Rays and closest points of one mesh (Embree by open3d): what guides, truths and solids are asked with."""
+"""Rays and closest points of one mesh (Embree by open3d): what guides, truths and solids are asked
+with."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def facing(normals: FloatArray, side: int) -> FloatArray:
-    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away from there are tilted to the rim."""
+    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away
+    from there are tilted to the rim."""
     normals = unit(normals, least=1e-9)
     normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
     return unit(normals, least=1e-9)
@@ -30,24 +32,31 @@ class Hits:
 
     def interpolate(self, values: FloatArray, faces: IntArray) -> FloatArray:
         """Values (V, C) of vertices at the hits, (n, C) float32, for the rays that hit."""
-        return _mix(np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit])
+        return _mix(
+            np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit]
+        )
 
 
 def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
     """Corner values (n, 3, C) at Embree's barycentric coordinates (n, 2)."""
     u, v = uv[:, :1], uv[:, 1:]
-    return np.asarray((1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32)
+    return np.asarray(
+        (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32
+    )
 
 
 def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any:
-    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) metres and faces (F, 3), built on `threads` threads (0: all cores).
+    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) metres and faces (F, 3),
+    built on `threads` threads (0: all cores).
 
     It takes float32 arrays: rays (..., 6), an origin and a direction each, or points (..., 3).
     """
     import open3d
 
     scene: Any = open3d.t.geometry.RaycastingScene(nthreads=threads)
-    scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
+    scene.add_triangles(
+        np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32)
+    )
     return scene
 
 
@@ -68,30 +77,53 @@ class RayScene:
         """First hits of rays from `origins` (n, 3) along `directions` (n, 3) or (3,)."""
         found = self._scene.cast_rays(self._rays(origins, directions), nthreads=1)
         distance = found["t_hit"].numpy()
-        return Hits(np.isfinite(distance), distance, found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy())
+        return Hits(
+            np.isfinite(distance),
+            distance,
+            found["primitive_ids"].numpy().astype(np.int64),
+            found["primitive_uvs"].numpy(),
+        )
 
     def occluded(self, origins: FloatArray, directions: FloatArray) -> BoolArray:
         """Whether rays (n,) meet anything at all."""
-        return np.asarray(self._scene.test_occlusions(self._rays(origins, directions), nthreads=1).numpy())
+        return np.asarray(
+            self._scene.test_occlusions(self._rays(origins, directions), nthreads=1).numpy()
+        )
 
     def crossings(self, points: FloatArray, normals: FloatArray) -> IntArray:
-        """Winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F, 3): exits minus entries along one ray."""
-        direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm([0.0123, 0.0345, 1.0])  # along no edge of anything
+        """Winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F, 3): exits
+        minus entries along one ray."""
+        direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm(
+            [0.0123, 0.0345, 1.0]
+        )  # along no edge of anything
         found = self._scene.list_intersections(self._rays(points, direction), nthreads=1)
-        ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
-        return np.asarray(np.rint(np.bincount(ray, np.sign(normals[face] @ direction), len(points))), np.int64)
+        ray, face = (
+            found["ray_ids"].numpy().astype(np.int64),
+            found["primitive_ids"].numpy().astype(np.int64),
+        )
+        return np.asarray(
+            np.rint(np.bincount(ray, np.sign(normals[face] @ direction), len(points))), np.int64
+        )
 
-    def passages(self, origins: FloatArray, directions: FloatArray, normals: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
-        """All hits of rays with faces of normals (F, 3), in no order: the number (h,) of the ray, its length (h,), and whether it goes in (h,)."""
+    def passages(
+        self, origins: FloatArray, directions: FloatArray, normals: FloatArray
+    ) -> tuple[IntArray, FloatArray, BoolArray]:
+        """All hits of rays with faces of normals (F, 3), in no order: the number (h,) of the ray,
+        its length (h,), and whether it goes in (h,)."""
         rays = self._rays(origins, directions)
         found = self._scene.list_intersections(rays, nthreads=1)
-        ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
+        ray, face = (
+            found["ray_ids"].numpy().astype(np.int64),
+            found["primitive_ids"].numpy().astype(np.int64),
+        )
         entering = (normals[face] * rays[ray, 3:]).sum(axis=1) < 0
         return ray, found["t_hit"].numpy(), np.asarray(entering)
 
     def closest(self, points: FloatArray) -> Hits:
         """Closest points of the mesh to `points` (n, 3)."""
-        found = self._scene.compute_closest_points(np.ascontiguousarray(points, np.float32), nthreads=1)
+        found = self._scene.compute_closest_points(
+            np.ascontiguousarray(points, np.float32), nthreads=1
+        )
         distance = np.linalg.norm(points - found["points"].numpy(), axis=1)
         face, uv = found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy()
         return Hits(np.ones(len(points), bool), distance, face, uv)
@@ -100,7 +132,8 @@ class RayScene:
 def signed_distance_and_normals(
     vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: RayScene, points: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at the closest point.
+    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at
+    the closest point.
 
     Parameters
     ----------
@@ -126,8 +159,8 @@ def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class SideView:
-    """A mesh from the front, or through from the back, on square pixels: hits (one a pixel, rows first), depth (H, W), metres, NaN
-    outside, and unit normals (H, W, 3), zero outside.
+    """A mesh from the front, or through from the back, on square pixels: hits (one a pixel, rows
+    first), depth (H, W), metres, NaN outside, and unit normals (H, W, 3), zero outside.
     """
 
     hits: Hits
@@ -150,13 +183,20 @@ def side_view(
 ) -> SideView:
     """The mesh of `rays`, with normals (V, 3) of its vertices, on `size` x `size` pixels.
 
-    They cover the `frame` x `frame` pixels of `camera`; from the front (`side` 1), or through from the back (-1).
+    They cover the `frame` x `frame` pixels of `camera`; from the front (`side` 1), or through from
+    the back (-1).
     """
     vertices, step = rays.vertices, frame / size
     grid = (np.arange(size) + 0.5) * step
     corner = camera.project(vertices)
-    low, high = np.floor(corner.min(axis=0) / step).astype(int) - 1, np.ceil(corner.max(axis=0) / step).astype(int) + 1
-    columns, rows = np.arange(max(0, low[0]), min(size, high[0])), np.arange(max(0, low[1]), min(size, high[1]))
+    low, high = (
+        np.floor(corner.min(axis=0) / step).astype(int) - 1,
+        np.ceil(corner.max(axis=0) / step).astype(int) + 1,
+    )
+    columns, rows = (
+        np.arange(max(0, low[0]), min(size, high[0])),
+        np.arange(max(0, low[1]), min(size, high[1])),
+    )
     pixels = np.stack(np.meshgrid(grid[columns], grid[rows]), axis=-1).reshape(-1, 2)
     index = (rows[:, None] * size + columns[None]).ravel()
     far = side * (float(np.abs(vertices[:, 2]).max()) + 1)
@@ -174,7 +214,12 @@ def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
     """The hits as those of rays `index` among `count`, of which the others meet nothing."""
     hit, distance = np.zeros(count, bool), np.full(count, np.inf, np.float32)
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
-    hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
+    hit[index], distance[index], face[index], uv[index] = (
+        hits.hit,
+        hits.distance,
+        hits.face,
+        hits.barycentric,
+    )
     return Hits(hit, distance, face, uv)
 
 
@@ -188,7 +233,8 @@ def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
 
     Returns
     -------
-    face (size, size) int32, -1 for none, and barycentric coordinates (size, size, 3) float32; row 0 is the top.
+    face (size, size) int32, -1 for none, and barycentric coordinates (size, size, 3) float32; row 0
+    is the top.
     """
     flat = np.concatenate([texel.reshape(-1, 2), np.zeros((texel.shape[0] * 3, 1))], axis=1)
     scene = ray_scene(flat, np.arange(len(flat)).reshape(-1, 3), threads=0)
@@ -198,10 +244,15 @@ def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
     for top in range(0, size, 256):  # bounded memory
         rows = np.arange(top, min(size, top + 256))
         x, y = np.meshgrid(columns, size - rows - 0.5)
-        rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x), np.zeros_like(x), -np.ones_like(x)], axis=-1).astype(np.float32)
+        rays = np.stack(
+            [x, y, np.ones_like(x), np.zeros_like(x), np.zeros_like(x), -np.ones_like(x)], axis=-1
+        ).astype(np.float32)
         hits = scene.cast_rays(rays)
         seen: BoolArray = np.isfinite(hits["t_hit"].numpy())
         face[rows] = np.where(seen, hits["primitive_ids"].numpy().astype(np.int64), -1)
         second = hits["primitive_uvs"].numpy()
-        barycentric[rows] = np.concatenate([1 - second.sum(axis=-1, keepdims=True), second], axis=-1) * seen[..., None]
+        barycentric[rows] = (
+            np.concatenate([1 - second.sum(axis=-1, keepdims=True), second], axis=-1)
+            * seen[..., None]
+        )
     return face, barycentric

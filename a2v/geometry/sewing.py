@@ -9,7 +9,8 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 
 def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
-    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one edge and without corners where its border meets itself."""
+    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one
+    edge and without corners where its border meets itself."""
     own = own.copy()
     base = int(faces.max()) + 1
     for _ in range(60):
@@ -18,7 +19,10 @@ def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
         kept = faces[chosen]
         ends = border_edges(kept)
         vertices, count = np.unique(ends[:, 0], return_counts=True)
-        free = sum(np.isin(kept[:, a] * base + kept[:, b], ends[:, 0] * base + ends[:, 1]).astype(int) for a, b in ((0, 1), (1, 2), (2, 0)))
+        free = sum(
+            np.isin(kept[:, a] * base + kept[:, b], ends[:, 0] * base + ends[:, 1]).astype(int)
+            for a, b in ((0, 1), (1, 2), (2, 0))
+        )
         bad = (free >= 2) | np.isin(kept, vertices[count > 1]).any(axis=1)
         if not bad.any():
             return own
@@ -33,9 +37,13 @@ def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
 
     chosen = np.flatnonzero(own)
     edges = np.sort(faces[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, key = np.unique(edges[:, 0].astype(np.int64) * (int(faces.max()) + 1) + edges[:, 1], return_inverse=True)
+    _, key = np.unique(
+        edges[:, 0].astype(np.int64) * (int(faces.max()) + 1) + edges[:, 1], return_inverse=True
+    )
     owner = np.repeat(np.arange(len(chosen)), 3)
-    graph = sp.coo_matrix((np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)).tocsr()
+    graph = sp.coo_matrix(
+        (np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)
+    ).tocsr()
     _, label = connected_components(graph @ graph.T, directed=False)
     kept = np.zeros(len(own), bool)
     kept[chosen[label == np.bincount(label).argmax()]] = True
@@ -43,7 +51,8 @@ def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
 
 
 def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
-    """Triangles (n + m, 3) between two loops around the same hole: the shortest way in all (Fuchs, Kedem and Uselton 1977).
+    """Triangles (n + m, 3) between two loops around the same hole: the shortest way in all (Fuchs,
+    Kedem and Uselton 1977).
 
     Parameters
     ----------
@@ -78,7 +87,12 @@ def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
 
 
 def sew_in(
-    vertices: FloatArray, staying: IntArray, hole: IntArray, patch: FloatArray, patch_faces: IntArray, rim: IntArray
+    vertices: FloatArray,
+    staying: IntArray,
+    hole: IntArray,
+    patch: FloatArray,
+    patch_faces: IntArray,
+    rim: IntArray,
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """A patch sewn into the hole of a surface.
 

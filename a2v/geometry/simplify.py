@@ -1,8 +1,11 @@
-"""Fewer triangles: edges collapse onto one of their ends, in the order of the error of quadrics (Garland and Heckbert, SIGGRAPH 1997).
+"""Fewer triangles: edges collapse onto one of their ends, in the order of the error of quadrics
+(Garland and Heckbert, SIGGRAPH 1997).
 
-Every vertex that is left is one of the given ones at its own place, so that whatever a vertex has (weights, expressions, its own double) stays
-exact, and lips that touch stay apart. Corners of the texture's charts keep to their charts: a seam collapses only along itself, and both of
-its sides together. (pymeshlab's decimation with a texture moves vertices to places that no weight belongs to, and takes five times as long.)
+Every vertex that is left is one of the given ones at its own place, so that whatever a vertex has
+(weights, expressions, its own double) stays exact, and lips that touch stay apart. Corners of the
+texture's charts keep to their charts: a seam collapses only along itself, and both of its sides
+together. (pymeshlab's decimation with a texture moves vertices to places that no weight belongs to,
+and takes five times as long.)
 """
 
 from __future__ import annotations
@@ -21,7 +24,8 @@ _BORDER = 10.0
 _FLIP = 0.2
 """Cosine between a face's normals before and after a collapse below which it counts as flipped."""
 _LEAST_SHAPE = 0.05
-"""Shape of a triangle (1: equilateral) below which a collapse may not bring it, unless it was worse before."""
+"""Shape of a triangle (1: equilateral) below which a collapse may not bring it, unless it was worse
+before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,10 @@ def simplify(
     """
     if target < 4:
         raise InputError(f"cannot simplify to {target} triangles; expected at least 4")
-    points, tri = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64).copy()
+    points, tri = (
+        np.ascontiguousarray(vertices, np.float64),
+        np.ascontiguousarray(faces, np.int64).copy(),
+    )
     count = len(points)
     weight = np.ones(count) if importance is None else np.ascontiguousarray(importance, np.float64)
     wedge = _wedges(tri, uv)
@@ -87,22 +94,31 @@ def simplify(
     sharp = _sharp_edges(tri, wedge)
     quadrics = _quadrics(points, tri, weight, sharp)
     alive = np.ones(len(tri), bool)
-    compiled(_collapse)(points, tri, wedge, corners, quadrics, stay, alive, target, _FLIP, _LEAST_SHAPE)
+    compiled(_collapse)(
+        points, tri, wedge, corners, quadrics, stay, alive, target, _FLIP, _LEAST_SHAPE
+    )
     kept, index = np.unique(tri[alive], return_inverse=True)
-    return Simplified(kept, index.reshape(-1, 3).astype(np.int32), corners[alive], np.flatnonzero(alive))
+    return Simplified(
+        kept, index.reshape(-1, 3).astype(np.int32), corners[alive], np.flatnonzero(alive)
+    )
 
 
 def _wedges(faces: IntArray, uv: FloatArray | None) -> IntArray:
-    """Number (F, 3) of each corner's vertex with its texture coordinates: alike corners of a vertex share one."""
+    """Number (F, 3) of each corner's vertex with its texture coordinates: alike corners of a vertex
+    share one."""
     if uv is None:
         return faces.copy()
-    rows = np.concatenate([faces.reshape(-1, 1), np.ascontiguousarray(uv.reshape(-1, 2), np.float32).view(np.int32)], axis=1)
+    rows = np.concatenate(
+        [faces.reshape(-1, 1), np.ascontiguousarray(uv.reshape(-1, 2), np.float32).view(np.int32)],
+        axis=1,
+    )
     _, number = np.unique(rows, axis=0, return_inverse=True)
     return np.asarray(number).reshape(-1, 3).astype(np.int64)
 
 
 def _sharp_edges(faces: IntArray, wedge: IntArray) -> IntArray:
-    """Edges (n, 3) as (face, first corner, second corner) that only one face has: borders, and sides of seams."""
+    """Edges (n, 3) as (face, first corner, second corner) that only one face has: borders, and
+    sides of seams."""
     ends = np.stack([wedge, np.roll(wedge, -1, axis=1)], axis=-1).reshape(-1, 2)
     base = int(wedge.max()) + 1
     forward, backward = ends[:, 0] * base + ends[:, 1], ends[:, 1] * base + ends[:, 0]
@@ -110,8 +126,11 @@ def _sharp_edges(faces: IntArray, wedge: IntArray) -> IntArray:
     return np.stack([alone // 3, alone % 3, (alone + 1) % 3], axis=1)
 
 
-def _quadrics(points: FloatArray, faces: IntArray, weight: FloatArray, sharp: IntArray) -> FloatArray:
-    """Sums (V, 10) of the planes of the faces around each vertex, weighted by area, and of those through sharp edges."""
+def _quadrics(
+    points: FloatArray, faces: IntArray, weight: FloatArray, sharp: IntArray
+) -> FloatArray:
+    """Sums (V, 10) of the planes of the faces around each vertex, weighted by area, and of those
+    through sharp edges."""
     corner = points[faces]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.linalg.norm(cross, axis=1)
@@ -138,7 +157,8 @@ def _plane(normal: FloatArray, point: FloatArray) -> FloatArray:
 
 
 def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, least):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Collapse edges of `tri` (F, 3) in place, with `wedge`, `corners` (F, 3) and `alive` (F,). Plain loops: compiled by numba."""
+    """Collapse edges of `tri` (F, 3) in place, with `wedge`, `corners` (F, 3) and `alive` (F,).
+    Plain loops: compiled by numba."""
     count, faces = len(points), len(tri)
     # lists of the corners around each vertex, which are joined when vertices are
     following, first, last = np.full(3 * faces, -1), np.full(count, -1), np.full(count, -1)
@@ -164,16 +184,43 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
         )  # fmt: skip
 
     def gap(u, v):  # type: ignore[no-untyped-def]
-        x, y, z = points[u, 0] - points[v, 0], points[u, 1] - points[v, 1], points[u, 2] - points[v, 2]
+        x, y, z = (
+            points[u, 0] - points[v, 0],
+            points[u, 1] - points[v, 1],
+            points[u, 2] - points[v, 2],
+        )
         return 1e-14 * (x * x + y * y + z * z)
 
     def shape(a, b, c):  # type: ignore[no-untyped-def]
-        ex, ey, ez = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-        fx, fy, fz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        ex, ey, ez = (
+            points[b, 0] - points[a, 0],
+            points[b, 1] - points[a, 1],
+            points[b, 2] - points[a, 2],
+        )
+        fx, fy, fz = (
+            points[c, 0] - points[a, 0],
+            points[c, 1] - points[a, 1],
+            points[c, 2] - points[a, 2],
+        )
         gx, gy, gz = fx - ex, fy - ey, fz - ez
         nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
         area = np.sqrt(nx * nx + ny * ny + nz * nz)
-        round_ = 3.4641 * area / (ex * ex + ey * ey + ez * ez + fx * fx + fy * fy + fz * fz + gx * gx + gy * gy + gz * gz + 1e-30)
+        round_ = (
+            3.4641
+            * area
+            / (
+                ex * ex
+                + ey * ey
+                + ez * ez
+                + fx * fx
+                + fy * fy
+                + fz * fz
+                + gx * gx
+                + gy * gy
+                + gz * gz
+                + 1e-30
+            )
+        )
         return nx, ny, nz, area, round_
 
     for f in range(faces):
@@ -227,7 +274,8 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
             c = following[c]
         if not good or between == 0 or between > 2:
             continue
-        # neighbours of both are those of the edge's faces alone, and each wedge of u has one to become
+        # neighbours of both are those of the edge's faces alone, and each wedge of u has one to
+        # become
         turn += 1
         c = first[u]
         used = 0
@@ -252,8 +300,12 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
                     used += 1
                     a, b, d = tri[f, 0], tri[f, 1], tri[f, 2]
                     x0, y0, z0, area0, shape0 = shape(a, b, d)  # type: ignore[no-untyped-call]
-                    x1, y1, z1, area1, shape1 = shape(v if k == 0 else a, v if k == 1 else b, v if k == 2 else d)  # type: ignore[no-untyped-call]
-                    if x0 * x1 + y0 * y1 + z0 * z1 < flip * area0 * area1 or (shape1 < least and shape1 < shape0):
+                    x1, y1, z1, area1, shape1 = shape(
+                        v if k == 0 else a, v if k == 1 else b, v if k == 2 else d
+                    )  # type: ignore[no-untyped-call]
+                    if x0 * x1 + y0 * y1 + z0 * z1 < flip * area0 * area1 or (
+                        shape1 < least and shape1 < shape0
+                    ):
                         good = False
             c = following[c]
         if not good or shared != between or used == 0:
@@ -315,8 +367,10 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
                     w = tri[f, j]
                     if w != v:
                         if not stay[v]:
-                            heapq.heappush(heap, (error(v, w) + gap(v, w), v, w, stamp[v] + stamp[w]))  # type: ignore[no-untyped-call]
+                            cost = error(v, w) + gap(v, w)  # type: ignore[no-untyped-call]
+                            heapq.heappush(heap, (cost, v, w, stamp[v] + stamp[w]))
                         if not stay[w]:
-                            heapq.heappush(heap, (error(w, v) + gap(v, w), w, v, stamp[v] + stamp[w]))  # type: ignore[no-untyped-call]
+                            cost = error(w, v) + gap(v, w)  # type: ignore[no-untyped-call]
+                            heapq.heappush(heap, (cost, w, v, stamp[v] + stamp[w]))
             c = following[c]
     return left

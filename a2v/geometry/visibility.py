@@ -13,7 +13,8 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatArray:
-    """The z of the first hit from the camera's side at points (x, y) metres (any shape); -inf where nothing is hit.
+    """The z of the first hit from the camera's side at points (x, y) metres (any shape); -inf where
+    nothing is hit.
 
     `front` is a z in front of everything: the photo's camera is on +z and looks down -z.
     """
@@ -24,8 +25,11 @@ def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatA
     return np.where(np.isfinite(distance), front - distance, -np.inf).astype(np.float32)
 
 
-def depth_map(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, size: tuple[int, int]) -> FloatArray:
-    """Front depth (H, W) float32, metres, at the centres of the photo's pixels; -inf where the surface is not.
+def depth_map(
+    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, size: tuple[int, int]
+) -> FloatArray:
+    """Front depth (H, W) float32, metres, at the centres of the photo's pixels; -inf where the
+    surface is not.
 
     `size` is the crop's (width, height).
     """
@@ -35,28 +39,40 @@ def depth_map(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera,
     return cast_depth(scene, points[..., 0], points[..., 1], float(np.max(vertices[:, 2])) + 1.0)
 
 
-def visible_vertices(vertices: FloatArray, faces: IntArray, *, tolerance: float = 0.002) -> BoolArray:
-    """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` metres before it, and it faces the camera."""
+def visible_vertices(
+    vertices: FloatArray, faces: IntArray, *, tolerance: float = 0.002
+) -> BoolArray:
+    """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` metres
+    before it, and it faces the camera."""
     scene = ray_scene(vertices, faces, threads=0)
     depth = cast_depth(scene, vertices[:, 0], vertices[:, 1], float(vertices[:, 2].max()) + 1.0)
     near = ~np.isfinite(depth) | (depth <= vertices[:, 2] + tolerance)
     return near & (vertex_normals(vertices, faces)[:, 2] > 0)
 
 
-def silhouette_iou(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:
-    """Intersection over union of the surface's silhouette in the photo and ``mask > 0.5`` (H, W)."""
+def silhouette_iou(
+    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray
+) -> float:
+    """Intersection over union of the surface's silhouette in the photo and ``mask > 0.5`` (H,
+    W)."""
     seen = np.isfinite(depth_map(vertices, faces, camera, (mask.shape[1], mask.shape[0])))
     person = mask > 0.5
     union = int((seen | person).sum())
     if union == 0:
-        raise InputError("neither the surface nor the mask covers a pixel; is this the surface's own camera?")
+        raise InputError(
+            "neither the surface nor the mask covers a pixel; is this the surface's own camera?"
+        )
     return float((seen & person).sum() / union)
 
 
 def person_box(vertices: FloatArray, person: BoolArray, camera: OrthographicCamera) -> FloatArray:
-    """Least and largest corner (2, 3) of the box that holds a body's vertices (V, 3) and, in x and y, a mask (H, W) of `camera`; metres."""
+    """Least and largest corner (2, 3) of the box that holds a body's vertices (V, 3) and, in x and
+    y, a mask (H, W) of `camera`; metres."""
     rows, columns = np.nonzero(person)
-    corners = camera.unproject(np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64), 0.0)
+    corners = camera.unproject(
+        np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64),
+        0.0,
+    )
     low = np.minimum(vertices.min(axis=0), [*corners[0, :2], np.inf])
     high = np.maximum(vertices.max(axis=0), [*corners[1, :2], -np.inf])
     return np.stack([low, high])

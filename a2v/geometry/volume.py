@@ -1,4 +1,5 @@
-"""A signed distance grid of a posed body, robust against the self-intersections that posing makes."""
+"""A signed distance grid of a posed body, robust against the self-intersections that posing
+makes."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ EXACT = 3
 
 @dataclass(frozen=True)
 class Grid:
-    """A regular grid: node (i, j, k) lies at ``origin + cell * (i, j, k)``, axes x, y, z, metres."""
+    """A regular grid: node (i, j, k) lies at ``origin + cell * (i, j, k)``, axes x, y, z,
+    metres."""
 
     origin: FloatArray
     cell: float
@@ -27,9 +29,11 @@ class Grid:
 
 
 def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArray:
-    """Whether each node lies inside the closed mesh: nonzero winding number, from signed crossings along z.
+    """Whether each node lies inside the closed mesh: nonzero winding number, from signed crossings
+    along z.
 
-    Parity would turn the overlap of two limbs into outside; the winding number (2 there) does not. Hollows without a way out are filled.
+    Parity would turn the overlap of two limbs into outside; the winding number (2 there) does not.
+    Hollows without a way out are filled.
     """
     from scipy.ndimage import binary_fill_holes
 
@@ -50,19 +54,28 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
     # Embree may report one crossing twice where two triangles meet
     step = np.where(up < 0, 1, -1)  # upwards through a face that looks down: in
     node = np.clip(np.ceil((z - grid.origin[2]) / grid.cell), 0, nz).astype(np.int64)
-    crossings = np.bincount(ray * (nz + 1) + node, weights=step, minlength=nx * ny * (nz + 1)).astype(np.int8).reshape(nx, ny, nz + 1)
+    crossings = (
+        np.bincount(ray * (nz + 1) + node, weights=step, minlength=nx * ny * (nz + 1))
+        .astype(np.int8)
+        .reshape(nx, ny, nz + 1)
+    )
     winding = np.cumsum(crossings, axis=2, dtype=np.int8)
     broken = winding[..., -1] != 0  # a ray along a crack: take the neighbours' word
     inside = winding[..., :nz] > 0
     if broken.any():
         for i, j in np.argwhere(broken):
-            near = inside[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2][~broken[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2]]
+            near = inside[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2][
+                ~broken[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2]
+            ]
             inside[i, j] = near.mean(axis=0) > 0.5 if len(near) else False
     return np.asarray(binary_fill_holes(inside))
 
 
-def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3) -> FloatArray:
-    """Signed distance (nx, ny, nz) float32, metres, negative inside; constant beyond `band` cells of the surface.
+def signed_distance(
+    vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3
+) -> FloatArray:
+    """Signed distance (nx, ny, nz) float32, metres, negative inside; constant beyond `band` cells
+    of the surface.
 
     Within `EXACT` cells it is exact; farther away it is interpolated between every second node.
     """
@@ -74,7 +87,9 @@ def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: 
     field = np.where(inside, -far, far).astype(np.float32)
     block = np.ones((3, 3, 3), bool)  # diagonals too
     reach = min(band, EXACT)
-    near = binary_dilation(inside, block, iterations=reach) & ~binary_erosion(inside, block, iterations=reach)
+    near = binary_dilation(inside, block, iterations=reach) & ~binary_erosion(
+        inside, block, iterations=reach
+    )
     nodes = np.argwhere(near)
     points = (grid.origin + grid.cell * nodes).astype(np.float32)
     distance = ray_scene(vertices, faces, threads=0).compute_distance(points).numpy()
@@ -85,12 +100,19 @@ def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: 
 
 
 def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:
-    """Distance (nx, ny, nz), metres, from `EXACT` to `band` cells, interpolated from that on a grid of cells twice as large."""
+    """Distance (nx, ny, nz), metres, from `EXACT` to `band` cells, interpolated from that on a grid
+    of cells twice as large."""
     shape = (grid.shape[0] // 2 + 2, grid.shape[1] // 2 + 2, grid.shape[2] // 2 + 2)
-    fine = np.abs(signed_distance(vertices, faces, Grid(grid.origin, 2 * grid.cell, shape), band=(band + 1) // 2))
+    fine = np.abs(
+        signed_distance(
+            vertices, faces, Grid(grid.origin, 2 * grid.cell, shape), band=(band + 1) // 2
+        )
+    )
     for axis in range(3):
         fine = np.moveaxis(fine, axis, 0)
         between = (fine[1:] + fine[:-1]) / 2
-        fine = np.stack([fine[:-1], between], axis=1).reshape(-1, *fine.shape[1:])[: grid.shape[axis]]
+        fine = np.stack([fine[:-1], between], axis=1).reshape(-1, *fine.shape[1:])[
+            : grid.shape[axis]
+        ]
         fine = np.moveaxis(fine, 0, axis)
     return np.clip(fine, np.float32(EXACT * grid.cell), np.float32(band * grid.cell))

@@ -1,6 +1,15 @@
-"""Rotations, kinematic trees, forward and inverse kinematics; every function takes numpy arrays and torch tensors."""
+"""Rotations, kinematic trees, forward and inverse kinematics; every function takes numpy arrays and
+torch tensors."""
 
-from a2v.kinematics.skeleton import CMU, HUMANACT12, NTU_VIBE, SKELETONS, Skeleton, skeleton_from_parents, skeleton_of
+from a2v.kinematics.skeleton import (
+    CMU,
+    HUMANACT12,
+    NTU_VIBE,
+    SKELETONS,
+    Skeleton,
+    skeleton_from_parents,
+    skeleton_of,
+)
 from a2v.kinematics.so3 import (
     hat,
     quat_multiply,
@@ -13,7 +22,14 @@ from a2v.kinematics.so3 import (
     slerp,
     swing_between,
 )
-from a2v.kinematics.transforms import best_scale, bone_lengths, bone_vectors, bones_to_rotvecs, forward_kinematics, inverse_kinematics
+from a2v.kinematics.transforms import (
+    best_scale,
+    bone_lengths,
+    bone_vectors,
+    bones_to_rotvecs,
+    forward_kinematics,
+    inverse_kinematics,
+)
 
 __all__ = [
     "CMU",

@@ -11,7 +11,8 @@ _THIRD = (-1.0, 3.0, -3.0, 1.0)
 
 
 def evened(paths: FloatArray, width: float) -> FloatArray:
-    """Paths (..., T, C) that are near the given ones and have little jerk: least squares of the distances and of third differences over time (Whittaker 1923).
+    """Paths (..., T, C) that are near the given ones and have little jerk: least squares of the
+    distances and of third differences over time (Whittaker 1923).
 
     One banded system does for all paths. Parabolas stay what they are, at the ends too.
 
@@ -30,7 +31,9 @@ def evened(paths: FloatArray, width: float) -> FloatArray:
     bands = np.zeros((4, frames))
     for first in range(4):
         for second in range(first, 4):
-            bands[second - first, first : first + frames - 3] += width**6 * _THIRD[first] * _THIRD[second]
+            bands[second - first, first : first + frames - 3] += (
+                width**6 * _THIRD[first] * _THIRD[second]
+            )
     bands[0] += 1
     flat = np.moveaxis(paths, -2, 0)
     solved = solveh_banded(bands, flat.reshape(frames, -1), lower=True).reshape(flat.shape)

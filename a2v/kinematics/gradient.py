@@ -1,12 +1,12 @@
 """Forward kinematics of many poses at once with its gradient written out (torch), for training.
 
-Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: rotating the bone before joint j by
-a small angle about an axis moves every later bone b of its chain by axis x b, so the derivative by that angle is the
-sum of b x (gradient by b), the torque.
+Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: rotating the bone
+before joint j by a small angle about an axis moves every later bone b of its chain by axis x b, so
+the derivative by that angle is the sum of b x (gradient by b), the torque.
 
-Arrays are (bones, 3, N) here, the poses last: every operation runs along N numbers in a row. Bones stand in the order
-of `ChainPlan.joints`: by their place in their chain, longer chains first, so that the bones of one place are a slice,
-and those before them the beginning of the slice before.
+Arrays are (bones, 3, N) here, the poses last: every operation runs along N numbers in a row. Bones
+stand in the order of `ChainPlan.joints`: by their place in their chain, longer chains first, so
+that the bones of one place are a slice, and those before them the beginning of the slice before.
 """
 
 from __future__ import annotations
@@ -54,14 +54,30 @@ class ChainPlan(NamedTuple):
             here = [chain[place] for chain in chains if len(chain) > place]
             levels.append(slice(len(joints), len(joints) + len(here)))
             joints += here
-        chain_of = {joint: (number, place) for number, chain in enumerate(chains) for place, joint in enumerate(chain)}
-        along = [[float(chain_of[a][0] == chain_of[b][0] and chain_of[b][1] >= chain_of[a][1]) for b in joints] for a in joints]
-        rest, path = (torch.as_tensor(array, dtype=dtype) for array in (skeleton.rest_directions[joints], skeleton.path_matrix[:, joints]))
-        return cls(torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype))
+        chain_of = {
+            joint: (number, place)
+            for number, chain in enumerate(chains)
+            for place, joint in enumerate(chain)
+        }
+        along = [
+            [
+                float(chain_of[a][0] == chain_of[b][0] and chain_of[b][1] >= chain_of[a][1])
+                for b in joints
+            ]
+            for a in joints
+        ]
+        rest, path = (
+            torch.as_tensor(array, dtype=dtype)
+            for array in (skeleton.rest_directions[joints], skeleton.path_matrix[:, joints])
+        )
+        return cls(
+            torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype)
+        )
 
 
 class Exponentials(NamedTuple):
-    """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2, each (..., N)."""
+    """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2,
+    each (..., N)."""
 
     rotvec: Tensor
     square: Tensor
@@ -78,12 +94,16 @@ class Exponentials(NamedTuple):
 
     def matrices(self, linear: Tensor, quadratic: Tensor) -> Tensor:
         """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
-        # W^2 = w w^T - |w|^2 I; few operations, since in a loop over frames it is their number that costs
+        # W^2 = w w^T - |w|^2 I; few operations, since in a loop over frames it is their number that
+        # costs
         rotvec = self.rotvec
         basis = constant(MATRIX_BASIS, rotvec)
-        parts = torch.cat([(1 - quadratic * self.square)[..., None, :], linear[..., None, :] * rotvec], -2)
+        parts = torch.cat(
+            [(1 - quadratic * self.square)[..., None, :], linear[..., None, :] * rotvec], -2
+        )
         scaled = quadratic[..., None, :] * rotvec
-        return torch.addcmul((basis @ parts).unflatten(-2, (3, 3)), scaled[..., :, None, :], rotvec[..., None, :, :])  # type: ignore[no-untyped-call]
+        product = (basis @ parts).unflatten(-2, (3, 3))  # type: ignore[no-untyped-call]
+        return torch.addcmul(product, scaled[..., :, None, :], rotvec[..., None, :, :])
 
     def rotmats(self) -> Tensor:
         """Rotation matrices (..., 3, 3, N) (Eq. 4)."""
@@ -93,11 +113,14 @@ class Exponentials(NamedTuple):
         """J with exp(rotvec + d) = exp(rotvec) exp(J d) for small d: (..., 3, 3, N)."""
         s = self.square
         series = 1 / 6 - s / 120 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110)))
-        return self.matrices(-self.cosc, torch.where(s < 0.25, series, (1 - self.sinc) / s.clamp_min(0.25)))
+        return self.matrices(
+            -self.cosc, torch.where(s < 0.25, series, (1 - self.sinc) / s.clamp_min(0.25))
+        )
 
 
 def chain_frames(exponentials: Exponentials, plan: ChainPlan) -> Tensor:
-    """Orientations (n, 3, 3, N) of bones, from rotation vectors (n, 3, N) relative to the bone before."""
+    """Orientations (n, 3, 3, N) of bones, from rotation vectors (n, 3, N) relative to the bone
+    before."""
     local = exponentials.rotmats()
     frames = [local[plan.levels[0]]]
     for here in plan.levels[1:]:
@@ -139,7 +162,8 @@ def rotvec_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPl
     crosses : (n, 3, 3, N)
         `cross_matrices` of the bone vectors.
     axes : (n, 3, 3, N)
-        `rotvec_axes`: column c is the axis about which component c of a rotation vector rotates its bone.
+        `rotvec_axes`: column c is the axis about which component c of a rotation vector rotates its
+        bone.
     plan : ChainPlan
     """
     torques = (crosses * bones[:, None]).sum(2)
@@ -165,14 +189,19 @@ class _Kinematics(torch.autograd.Function):
         *parts, frames, bones = ctx.saved_tensors
         plan: ChainPlan = ctx.plan
         pulled = bone_gradients(joints.permute(1, 2, 0).contiguous(), plan)
-        inner = rotvec_gradients(pulled, cross_matrices(bones), rotvec_axes(Exponentials(*parts), frames), plan)
+        inner = rotvec_gradients(
+            pulled, cross_matrices(bones), rotvec_axes(Exponentials(*parts), frames), plan
+        )
         result = joints.new_zeros(len(plan.path), 3, joints.shape[0])
         result[plan.joints] = inner
         return result.permute(2, 0, 1), None, None
 
 
-def _pose(rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> tuple[Exponentials, Tensor, Tensor, Tensor]:
-    """Exponentials, frames and bones of rotation vectors (N, J, 3) and lengths (N, J), and the joints (N, J, 3)."""
+def _pose(
+    rotvec: Tensor, lengths: Tensor, plan: ChainPlan
+) -> tuple[Exponentials, Tensor, Tensor, Tensor]:
+    """Exponentials, frames and bones of rotation vectors (N, J, 3) and lengths (N, J), and the
+    joints (N, J, 3)."""
     exponentials = Exponentials.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
     frames = chain_frames(exponentials, plan)
     bones = bone_ends(frames, lengths.T[plan.joints], plan)
@@ -180,7 +209,8 @@ def _pose(rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> tuple[Exponential
 
 
 def local_kinematics(rotations: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
-    """`forward_kinematics` with the root at the origin, differentiable by the rotations alone, and only once.
+    """`forward_kinematics` with the root at the origin, differentiable by the rotations alone, and
+    only once.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""Where a person is on the ground and which way they face, with and without the sway that belongs to a step."""
+"""Where a person is on the ground and which way they face, with and without the sway that belongs
+to a step."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.so3 import Array, namespace
 from a2v.types import FloatArray, Motion
 
-#: Standard deviation, seconds, of what smooths sway out of the path over the ground: a step takes about half a second.
+#: Standard deviation, seconds, of what smooths sway out of the path over the ground: a step takes
+#: about half a second.
 SWAY_SECONDS = 0.35
 
 
@@ -26,7 +28,8 @@ class GroundTrajectory:
     position : (T, 2) float64
         x and z, metres.
     heading : (T,) float64
-        Angle about +y that turns +z to where the person faces, radians, without jumps of a full turn.
+        Angle about +y that turns +z to where the person faces, radians, without jumps of a full
+        turn.
     """
 
     position: FloatArray
@@ -34,7 +37,10 @@ class GroundTrajectory:
 
     def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundTrajectory:
         """The path without the sway of steps; its ends go on in their own direction."""
-        return GroundTrajectory(smoothed(self.position, seconds * fps), smoothed(self.heading[:, None], seconds * fps)[:, 0])
+        return GroundTrajectory(
+            smoothed(self.position, seconds * fps),
+            smoothed(self.heading[:, None], seconds * fps)[:, 0],
+        )
 
     def transforms(self) -> FloatArray:
         """World from ground (T, 4, 4) float64: y up, +z ahead, at height 0."""
@@ -54,11 +60,19 @@ def ground_trajectory(motion: Motion) -> GroundTrajectory:
     """
     if motion.batch:
         raise InputError("a path over the ground is of one clip; this Motion is a batch")
-    return trajectory_of(motion.joints, motion.joint_names, motion.parents.tolist(), whose=f"skeleton '{motion.skeleton}'")
+    return trajectory_of(
+        motion.joints,
+        motion.joint_names,
+        motion.parents.tolist(),
+        whose=f"skeleton '{motion.skeleton}'",
+    )
 
 
-def trajectory_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str) -> GroundTrajectory:
-    """`ground_trajectory` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones; `whose` is what an error sentence names.
+def trajectory_of(
+    joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str
+) -> GroundTrajectory:
+    """`ground_trajectory` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones;
+    `whose` is what an error sentence names.
 
     Raises
     ------
@@ -68,21 +82,28 @@ def trajectory_of(joints: FloatArray, names: Sequence[str], parents: Sequence[in
     found = canonical_joints(names, parents)
     pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
     if missing := [name for pair in pairs for name in pair if name not in found]:
-        raise InputError(f"the {whose} has no {missing[0].replace('_', ' ')}; it says not which way the person faces")
+        raise InputError(
+            f"the {whose} has no {missing[0].replace('_', ' ')}; it says not which way the person faces"
+        )
     places = joints.astype(np.float64)
-    left = sum((places[:, found[a]] - places[:, found[b]] for a, b in pairs), np.zeros_like(places[:, 0]))
+    left = sum(
+        (places[:, found[a]] - places[:, found[b]] for a, b in pairs), np.zeros_like(places[:, 0])
+    )
     return GroundTrajectory(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
 
 
 class Sided(Protocol):
-    """What says which joints (left, right) are hips and shoulders: a `Skeleton`, or what is kept of one."""
+    """What says which joints (left, right) are hips and shoulders: a `Skeleton`, or what is kept of
+    one."""
 
     @property
     def name(self) -> str:
         """What messages call it."""
+
     @property
     def hips(self) -> tuple[int, int] | None:
         """Left and right hip."""
+
     @property
     def shoulders(self) -> tuple[int, int] | None:
         """Left and right shoulder."""
@@ -97,14 +118,22 @@ def left_of(joints: Array, skeleton: Sided) -> Array:
         The skeleton does not say which joints those are.
     """
     if skeleton.hips is None or skeleton.shoulders is None:
-        raise InputError(f"skeleton '{skeleton.name}' does not say which joints are hips and shoulders")
+        raise InputError(
+            f"skeleton '{skeleton.name}' does not say which joints are hips and shoulders"
+        )
     (left_hip, right_hip), (left_shoulder, right_shoulder) = skeleton.hips, skeleton.shoulders
-    left: Array = joints[..., left_hip, :] - joints[..., right_hip, :] + joints[..., left_shoulder, :] - joints[..., right_shoulder, :]
+    left: Array = (
+        joints[..., left_hip, :]
+        - joints[..., right_hip, :]
+        + joints[..., left_shoulder, :]
+        - joints[..., right_shoulder, :]
+    )
     return left
 
 
 def heading(joints: FloatArray, skeleton: Sided) -> FloatArray:
-    """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
+    """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and
+    shoulders, radians.
 
     Raises
     ------
@@ -117,7 +146,8 @@ def heading(joints: FloatArray, skeleton: Sided) -> FloatArray:
 
 
 def first_heading(joints: Array, skeleton: Sided) -> Array:
-    """Cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3), for numpy and torch.
+    """Cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3), for
+    numpy and torch.
 
     Raises
     ------
@@ -133,7 +163,8 @@ def first_heading(joints: Array, skeleton: Sided) -> Array:
 
 
 def face_forward(joints: Array, heading: Array) -> Array:
-    """Joints (..., T, J, 3) of a `heading` (..., 2) about +y, so that they face +z; a heading of (cos, -sin) does the inverse."""
+    """Joints (..., T, J, 3) of a `heading` (..., 2) about +y, so that they face +z; a heading of
+    (cos, -sin) does the inverse."""
     xp = namespace(joints)
     cos, sin = heading[..., 0][..., None, None], heading[..., 1][..., None, None]
     x, z = joints[..., 0], joints[..., 2]
@@ -151,7 +182,8 @@ def yaw_to_rotmat(yaw: FloatArray) -> FloatArray:
 
 
 def smoothed(points: FloatArray, sigma: float) -> FloatArray:
-    """A path (T, n) through a Gaussian of standard deviation `sigma` frames, without lag; a straight path stays what it is."""
+    """A path (T, n) through a Gaussian of standard deviation `sigma` frames, without lag; a
+    straight path stays what it is."""
     from scipy.ndimage import gaussian_filter1d
 
     if sigma < 0.15 or len(points) < 3:
@@ -160,5 +192,7 @@ def smoothed(points: FloatArray, sigma: float) -> FloatArray:
     pad = min(len(points) - 1, int(4 * sigma) + 1)
     before = 2 * points[0] - points[pad:0:-1]
     after = 2 * points[-1] - points[-2 : -pad - 2 : -1]
-    smooth: FloatArray = gaussian_filter1d(np.concatenate([before, points, after]), sigma, axis=0)[pad : pad + len(points)]
+    smooth: FloatArray = gaussian_filter1d(np.concatenate([before, points, after]), sigma, axis=0)[
+        pad : pad + len(points)
+    ]
     return smooth

@@ -1,4 +1,5 @@
-"""Limbs of plain joints that reach for a place: knees and elbows give way, bones keep their lengths."""
+"""Limbs of plain joints that reach for a place: knees and elbows give way, bones keep their
+lengths."""
 
 from __future__ import annotations
 
@@ -12,9 +13,12 @@ REACH = 0.999
 
 
 def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:
-    """Shoulder, elbow and wrist, or hip, knee and ankle, that bring a joint (one of the last two of its chain) to a place; else None."""
+    """Shoulder, elbow and wrist, or hip, knee and ankle, that bring a joint (one of the last two of
+    its chain) to a place; else None."""
     tops = (*(skeleton.hips or ()), *(skeleton.shoulders or ()))
-    chain = next((chain for chain in skeleton.chains if joint in chain[-2:] and len(chain) > 3), None)
+    chain = next(
+        (chain for chain in skeleton.chains if joint in chain[-2:] and len(chain) > 3), None
+    )
     if chain is None or chain[-4] not in tops:
         return None
     return chain[-4], chain[-3], chain[-2]
@@ -26,13 +30,20 @@ def legs_of(skeleton: Skeleton) -> tuple[tuple[int, int, int, int], ...]:
     return tuple((*limb, toe) for limb, toe in found if limb is not None and toe not in limb)
 
 
-def bend_to(hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Knee and ankle (..., 3), or elbow and wrist, of a limb that reaches for `target`, in the plane in which it is bent; as far as it is long."""
-    upper, lower = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (knee - hip, ankle - knee))
+def bend_to(
+    hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Knee and ankle (..., 3), or elbow and wrist, of a limb that reaches for `target`, in the
+    plane in which it is bent; as far as it is long."""
+    upper, lower = (
+        np.linalg.norm(part, axis=-1, keepdims=True) for part in (knee - hip, ankle - knee)
+    )
     way = target - hip
     distance = np.linalg.norm(way, axis=-1, keepdims=True)
     direction = way / np.maximum(distance, 1e-9)
-    longest = np.maximum(REACH * (upper + lower), np.linalg.norm(ankle - hip, axis=-1, keepdims=True))
+    longest = np.maximum(
+        REACH * (upper + lower), np.linalg.norm(ankle - hip, axis=-1, keepdims=True)
+    )
     reached = np.clip(distance, np.abs(upper - lower) + 1e-6, np.minimum(longest, upper + lower))
     along = (upper**2 - lower**2 + reached**2) / (2 * reached)
     forward = knee - hip

@@ -1,8 +1,9 @@
 """Which joint is the left elbow: names of joints across data sets, capture systems and rigs.
 
-The *canonical* names are those of `a2v.kinematics.HUMANACT12` (SMPL's order), plus ``head_top``, ``left_toes``,
-``left_thumb`` and their right twins. Known are the names of SMPL, HumanAct12, the papers' CMU and NTU skeletons, CMU's
-BVH files, Mixamo, 3ds Max Biped, MotionBuilder, Unreal, Rigify, Poser, DeepMimic and Anny.
+The *canonical* names are those of `a2v.kinematics.HUMANACT12` (SMPL's order), plus ``head_top``,
+``left_toes``, ``left_thumb`` and their right twins. Known are the names of SMPL, HumanAct12, the
+papers' CMU and NTU skeletons, CMU's BVH files, Mixamo, 3ds Max Biped, MotionBuilder, Unreal,
+Rigify, Poser, DeepMimic and Anny.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-# Base names (side taken off, lower case, letters and digits only). Where one base name means two joints in two
-# systems ("shoulder", "foot", "hand", "leg", "arm", "hip") `_resolve` looks at which others the skeleton has.
+# Base names (side taken off, lower case, letters and digits only). Where one base name means two
+# joints in two systems ("shoulder", "foot", "hand", "leg", "arm", "hip") `_resolve` looks at which
+# others the skeleton has.
 _PLAIN: dict[str, str] = {
     "upleg": "hip", "thigh": "hip", "upperleg": "hip", "upperleg01": "hip", "femur": "hip",
     "knee": "knee", "shin": "knee", "calf": "knee", "lowerleg": "knee", "lowerleg01": "knee", "tibia": "knee", "lowleg": "knee",
@@ -30,7 +32,9 @@ _CENTRAL: dict[str, str] = {
     "neck": "neck", "neck01": "neck", "neck1": "neck",
     "head": "head", "headtop": "head_top", "headend": "head_top", "headtopend": "head_top", "headnub": "head_top",
 }  # fmt: skip
-_SPINE = re.compile(r"^(spine\d*|chest\d*|upperchest|lowerback|torso|thorax|abdomen\d*|waist|upperback|back\d*)$")
+_SPINE = re.compile(
+    r"^(spine\d*|chest\d*|upperchest|lowerback|torso|thorax|abdomen\d*|waist|upperback|back\d*)$"
+)
 
 BLAZEPOSE: tuple[str, ...] = (
     "nose",
@@ -41,24 +45,39 @@ BLAZEPOSE: tuple[str, ...] = (
     "mouth_right",
     *(
         f"{side}_{joint}"
-        for joint in ("shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel", "foot_index")
+        for joint in (
+            "shoulder",
+            "elbow",
+            "wrist",
+            "pinky",
+            "index",
+            "thumb",
+            "hip",
+            "knee",
+            "ankle",
+            "heel",
+            "foot_index",
+        )
         for side in ("left", "right")
     ),
 )
-"""The 33 landmarks of a photo's person in mediapipe's order; left and right are the person's own."""
+"""The 33 landmarks of a photo's person in mediapipe's order; left and right are the person's
+own."""
 
 LANDMARK_INDEX: dict[str, int] = {name: index for index, name in enumerate(BLAZEPOSE)}
 """Row of each landmark."""
 
 MIRRORED_BLAZEPOSE: list[int] = [
-    LANDMARK_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")] for name in BLAZEPOSE
+    LANDMARK_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
+    for name in BLAZEPOSE
 ]
 """Row of the landmark that each is on the other side."""
 
 LIMBS_BY_HEIGHT: dict[tuple[str, str], float] = {
     ("hip", "knee"): 0.23, ("knee", "ankle"): 0.24, ("shoulder", "hip"): 0.28, ("shoulder", "elbow"): 0.16, ("elbow", "wrist"): 0.14,
 }  # fmt: skip
-"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth (tests/body/test_terms.py compares)."""
+"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth
+(tests/body/test_terms.py compares)."""
 
 LIMB_BONES: dict[str, tuple[str, ...]] = {
     f"{side}_{bone}": tuple(f"{side}_{joint}" for joint in joints)
@@ -80,9 +99,12 @@ REQUIRED: tuple[str, ...] = (
 
 
 def split_side(name: str) -> tuple[str, str]:
-    """Split a joint's name into its side ("left", "right" or "") and its lower-case base name without separators."""
+    """Split a joint's name into its side ("left", "right" or "") and its lower-case base name
+    without separators."""
     name = name.rsplit(":", 1)[-1].rsplit("|", 1)[-1].strip()
-    name = re.sub(r"^(mixamorig\d*|bip0?\d*|character\d*|valvebiped)[_ .]+", "", name, flags=re.IGNORECASE)
+    name = re.sub(
+        r"^(mixamorig\d*|bip0?\d*|character\d*|valvebiped)[_ .]+", "", name, flags=re.IGNORECASE
+    )
     name = re.sub(r"^mixamorig\d*(?=[A-Z])", "", name)  # three.js allows no colon
     side = ""
     patterns = (
@@ -98,7 +120,9 @@ def split_side(name: str) -> tuple[str, str]:
             name = name[: found.start()] + name[found.end() :]
             break
     else:
-        if found := re.match(r"^(l|r)(femur|tibia|foot|toes|clavicle|humerus|radius|wrist|hand|thumb)$", name):
+        if found := re.match(
+            r"^(l|r)(femur|tibia|foot|toes|clavicle|humerus|radius|wrist|hand|thumb)$", name
+        ):
             side, name = ("left" if found.group(1) == "l" else "right"), found.group(2)
     return side, re.sub(r"[^a-z0-9]", "", name.lower())
 
@@ -116,8 +140,8 @@ def canonical_joints(names: Sequence[str], parents: Sequence[int] | None = None)
     Returns
     -------
     dict of str to int
-        Index of each canonical joint that was found. Spine joints are ``spine1``, ``spine2``... from the pelvis up
-        (joints between pelvis and neck).
+        Index of each canonical joint that was found. Spine joints are ``spine1``, ``spine2``...
+        from the pelvis up (joints between pelvis and neck).
     """
     parts = [split_side(name) for name in names]
     bases = {base for side, base in parts if side}
@@ -144,12 +168,22 @@ def canonical_joints(names: Sequence[str], parents: Sequence[int] | None = None)
     plain["hand"] = "hand" if has("wrist") else "wrist"
     found: dict[str, int] = {}
     for index, (side, base) in enumerate(parts):
-        name = f"{side}_{plain[base]}" if side and base in plain else _CENTRAL.get(base, "") if not side else ""
+        name = (
+            f"{side}_{plain[base]}"
+            if side and base in plain
+            else _CENTRAL.get(base, "")
+            if not side
+            else ""
+        )
         if name:
             found.setdefault(name, index)
     if "pelvis" not in found and "left_hip" in found:
         found["pelvis"] = 0
-    spine = [index for index, (side, base) in enumerate(parts) if not side and _SPINE.match(base) and index != found.get("pelvis")]
+    spine = [
+        index
+        for index, (side, base) in enumerate(parts)
+        if not side and _SPINE.match(base) and index != found.get("pelvis")
+    ]
     if parents is not None:
         depth = {index: len(_path(index, parents)) for index in spine}
         top = found.get("neck", found.get("head", found.get("left_shoulder")))

@@ -1,4 +1,5 @@
-"""Orientations of bones in the world, from and to the rotation vectors of the chain convention (Eq. 6)."""
+"""Orientations of bones in the world, from and to the rotation vectors of the chain convention (Eq.
+6)."""
 
 from __future__ import annotations
 
@@ -10,16 +11,19 @@ from a2v.kinematics.transforms import forward_kinematics, inverse_kinematics
 from a2v.types import FloatArray, Motion
 
 _OFF = 5e-5
-"""Metres by which joints may miss their rotations' forward kinematics: float32 at rest costs less, a clip of joints alone more."""
+"""Metres by which joints may miss their rotations' forward kinematics: float32 at rest costs less,
+a clip of joints alone more."""
 
 
 def rotvecs_of(motion: Motion, skeleton: Skeleton) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors whose forward kinematics give a motion's joints, and the lengths of its bones.
+    """Rotation vectors whose forward kinematics give a motion's joints, and the lengths of its
+    bones.
 
     Parameters
     ----------
     motion : Motion
-        One clip or a batch; its own rotations are taken where they fit, such as a clip of joints only they do not.
+        One clip or a batch; its own rotations are taken where they fit, such as a clip of joints
+        only they do not.
     skeleton : Skeleton
         Of `motion`.
 
@@ -33,24 +37,31 @@ def rotvecs_of(motion: Motion, skeleton: Skeleton) -> tuple[FloatArray, FloatArr
     joints = motion.joints.astype(np.float64)
     lengths = np.linalg.norm(joints - joints[..., np.maximum(motion.parents, 0), :], axis=-1)
     rotvecs = motion.rotations.astype(np.float64)
-    if np.abs(forward_kinematics(rotvecs, joints[..., 0, :], lengths, skeleton) - joints).max() > _OFF:
+    if (
+        np.abs(forward_kinematics(rotvecs, joints[..., 0, :], lengths, skeleton) - joints).max()
+        > _OFF
+    ):
         rotvecs = inverse_kinematics(joints, skeleton)
     return rotvecs, lengths
 
 
 def bone_rotmats(motion: Motion) -> FloatArray:
-    """World rotations (T, J, 3, 3) of the bones of a clip: entry j turns the skeleton's rest direction to bone j's."""
+    """World rotations (T, J, 3, 3) of the bones of a clip: entry j turns the skeleton's rest
+    direction to bone j's."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     local = rotvec_to_rotmat(rotvecs_of(motion, skeleton)[0])
     world = np.tile(np.eye(3), (motion.frames, len(motion.parents), 1, 1))
     for chain in skeleton.chains:
         for place in range(1, len(chain)):
-            world[:, chain[place]] = (world[:, chain[place - 1]] if place > 1 else np.eye(3)) @ local[:, chain[place]]
+            world[:, chain[place]] = (
+                world[:, chain[place - 1]] if place > 1 else np.eye(3)
+            ) @ local[:, chain[place]]
     return world
 
 
 def rotmats_to_chain(rotmats: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Rotation vectors (T, J, 3) relative to the previous bone of the chain, from world rotations of bones (T, J, 3, 3)."""
+    """Rotation vectors (T, J, 3) relative to the previous bone of the chain, from world rotations
+    of bones (T, J, 3, 3)."""
     rotvecs = np.zeros((*rotmats.shape[:2], 3))
     for chain in skeleton.chains:
         for place in range(1, len(chain)):

@@ -1,7 +1,9 @@
-"""Feet that stand where they stand: contacts by each foot's own floor, the body carried along with them, legs that reach.
+"""Feet that stand where they stand: contacts by each foot's own floor, the body carried along with
+them, legs that reach.
 
-Models say where feet are only roughly, so that they slide by decimetres while they should stand. Here a foot is an ankle and a toe, and clips
-come in batches; a person's rig with heels, toes and soles is cleaned by `a2v.animation.grounding`.
+Models say where feet are only roughly, so that they slide by decimetres while they should stand.
+Here a foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and
+soles is cleaned by `a2v.animation.grounding`.
 """
 
 from __future__ import annotations
@@ -26,13 +28,15 @@ class PlantSettings:
     height : float
         Metres over its own floor at which a foot that does not move is no longer near it.
     speed, share : float
-        Metres a second at which a foot on its floor no longer stands, and what each metre a second of the body adds to that: the feet of a generated
-        runner slide with the body, but far slower than they swing.
+        Metres a second at which a foot on its floor no longer stands, and what each metre a second
+        of the body adds to that: the feet of a generated runner slide with the body, but far slower
+        than they swing.
     least, most : float
-        A foot whose height and speed, in these units, add up to less than `least` stands; the better one of two stands up to `most`, as
-        somebody has to.
+        A foot whose height and speed, in these units, add up to less than `least` stands; the
+        better one of two stands up to `most`, as somebody has to.
     low : float
-        Metres over its own floor up to which the better foot has to stand; higher, the person flies.
+        Metres over its own floor up to which the better foot has to stand; higher, the person
+        flies.
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are closed.
     carry : float
@@ -42,13 +46,15 @@ class PlantSettings:
     ease : float
         Seconds (standard deviation) over which a correction of a foot begins and ends.
     even : float
-        Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections leave.
+        Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections
+        leave.
     clearance, rise : float
         Metres of air under a foot that swings, and seconds in which it gets there.
     reach : float
         Largest drop of the pelvis, metres, for a leg that is too short for its place.
     settled : bool
-        Whether the ground is level: feet that stand come down to their own floor. Else they stand on steps, whose heights are found (`step_levels`).
+        Whether the ground is level: feet that stand come down to their own floor. Else they stand
+        on steps, whose heights are found (`step_levels`).
     """
 
     height: float = 0.06
@@ -84,16 +90,24 @@ STEP_QUANTILE = 0.02
 
 
 def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatArray:
-    """The level that a joint of a foot with `heights` (..., T) stands on: (..., T), one for the clip, or, with `steps`, the lowest nearby."""
+    """The level that a joint of a foot with `heights` (..., T) stands on: (..., T), one for the
+    clip, or, with `steps`, the lowest nearby."""
     if not steps:
-        return np.broadcast_to(np.quantile(heights, LOW_QUANTILE, axis=-1, keepdims=True), heights.shape)
+        return np.broadcast_to(
+            np.quantile(heights, LOW_QUANTILE, axis=-1, keepdims=True), heights.shape
+        )
     width = max(1, round(LOW_SECONDS * fps))
     floor: FloatArray = minimum_filter1d(heights, width, axis=-1, mode="nearest")
     return floor
 
 
 def plant_feet(
-    joints: FloatArray, skeleton: Skeleton, fps: float, *, settings: PlantSettings = PLANT, stays: FloatArray | None = None
+    joints: FloatArray,
+    skeleton: Skeleton,
+    fps: float,
+    *,
+    settings: PlantSettings = PLANT,
+    stays: FloatArray | None = None,
 ) -> FloatArray:
     """Clips whose standing feet stay where they are.
 
@@ -118,7 +132,11 @@ def plant_feet(
         return np.asarray(joints, np.float32)
     clips = joints.reshape(-1, *joints.shape[-3:]).astype(np.float64)
     # (leg, clip, frame): ankles and toes
-    feet = np.stack([clips[:, :, [leg[2], leg[3]]] for leg in legs]).swapaxes(2, 3).transpose(0, 1, 3, 2, 4)
+    feet = (
+        np.stack([clips[:, :, [leg[2], leg[3]]] for leg in legs])
+        .swapaxes(2, 3)
+        .transpose(0, 1, 3, 2, 4)
+    )
     stands, by_toe, floor = contacts(feet, clips[:, :, 0], fps, settings)
     steps = _held_steps(feet, by_toe)
     free = np.ones(clips.shape[1]) if stays is None else 1 - stays
@@ -133,7 +151,9 @@ def plant_feet(
     return clips.astype(np.float32).reshape(joints.shape)
 
 
-def contacts(feet: FloatArray, root: FloatArray, fps: float, settings: PlantSettings = PLANT) -> tuple[BoolArray, BoolArray, FloatArray]:
+def contacts(
+    feet: FloatArray, root: FloatArray, fps: float, settings: PlantSettings = PLANT
+) -> tuple[BoolArray, BoolArray, FloatArray]:
     """When feet stand, by height over their own floor and by speed.
 
     Parameters
@@ -150,11 +170,15 @@ def contacts(feet: FloatArray, root: FloatArray, fps: float, settings: PlantSett
     floor : (2, N, T, 2) float
         Own floor of ankles and toes.
     """
-    floor = np.stack([own_floor(feet[..., part, 1], fps, steps=not settings.settled) for part in (0, 1)], axis=-1)
+    floor = np.stack(
+        [own_floor(feet[..., part, 1], fps, steps=not settings.settled) for part in (0, 1)], axis=-1
+    )
     over = np.maximum(feet[..., 1] - floor, 0)
     speed = _speed(feet[..., [0, 2]], fps)
     body = gaussian_filter1d(_speed(root[..., [0, 2]], fps), 0.2 * fps, axis=-1, mode="nearest")
-    cost = over / settings.height + speed / (settings.speed + settings.share * body)[None, :, :, None]
+    cost = (
+        over / settings.height + speed / (settings.speed + settings.share * body)[None, :, :, None]
+    )
     by_toe = cost[..., 1] <= cost[..., 0] + 0.1
     best = cost.min(axis=-1)
     low = over.min(axis=-1) < settings.low
@@ -162,14 +186,19 @@ def contacts(feet: FloatArray, root: FloatArray, fps: float, settings: PlantSett
     stands = _without_short((best < settings.least) | has_to, settings.shortest * fps)
     if not settings.settled:
         ground = np.quantile(feet[..., 1], STEP_QUANTILE, axis=2).min(axis=0)
-        floor = ground[None, :, None] + step_levels(feet[..., 1] - ground[None, :, None], stands)[..., None]
+        floor = (
+            ground[None, :, None]
+            + step_levels(feet[..., 1] - ground[None, :, None], stands)[..., None]
+        )
     return stands, by_toe, floor
 
 
 def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
-    """How high what each foot stands on is over the ground, between contacts smoothly from one level to the next.
+    """How high what each foot stands on is over the ground, between contacts smoothly from one
+    level to the next.
 
-    Levels of all contacts that lie within `SAME_STEP` of one another are one step; under `LEAST_STEP` they are the ground.
+    Levels of all contacts that lie within `SAME_STEP` of one another are one step; under
+    `LEAST_STEP` they are the ground.
 
     Parameters
     ----------
@@ -204,7 +233,8 @@ def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
 
 
 def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatArray, BoolArray]:
-    """How high over the ground what each foot of a clip stands on is (2, T), and when it stands (2, T), where the ground has steps.
+    """How high over the ground what each foot of a clip stands on is (2, T), and when it stands (2,
+    T), where the ground has steps.
 
     Parameters
     ----------
@@ -219,12 +249,15 @@ def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatAr
 
 
 def _speed(points: FloatArray, fps: float) -> FloatArray:
-    """Speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D), the slower of both steps."""
+    """Speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D), the slower of both
+    steps."""
     axis = -2 if points.ndim == 3 else -3
     steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1) * fps
     at = axis + 1
     first, last = np.take(steps, [0], axis=at), np.take(steps, [-1], axis=at)
-    slower: FloatArray = np.minimum(np.concatenate([first, steps], axis=at), np.concatenate([steps, last], axis=at))
+    slower: FloatArray = np.minimum(
+        np.concatenate([first, steps], axis=at), np.concatenate([steps, last], axis=at)
+    )
     return slower
 
 
@@ -241,7 +274,8 @@ def _without_short(flags: BoolArray, frames: float) -> BoolArray:
 
 
 def _runs(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
-    """Of flags (N, T): the flags, the number of its run for each frame that has one, the runs' lengths, and whether they touch an end."""
+    """Of flags (N, T): the flags, the number of its run for each frame that has one, the runs'
+    lengths, and whether they touch an end."""
     begins = flags & ~np.concatenate([np.zeros_like(flags[:, :1]), flags[:, :-1]], axis=1)
     number = np.cumsum(begins.reshape(-1)).reshape(flags.shape)[flags] - 1
     counts = np.bincount(number, minlength=int(begins.sum()))
@@ -254,7 +288,8 @@ def _runs(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
 
 
 def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
-    """What the part of a foot that stands moves from the frame before (2, N, T, 2), over the ground; the first frame's is 0."""
+    """What the part of a foot that stands moves from the frame before (2, N, T, 2), over the
+    ground; the first frame's is 0."""
     steps = np.diff(feet[..., [0, 2]], axis=2, prepend=feet[:, :, :1][..., [0, 2]])
     toe = by_toe.copy()
     toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it has stood before
@@ -262,8 +297,11 @@ def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
     return held
 
 
-def _carried(stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings) -> FloatArray:
-    """Where the whole body is moved (N, T, 2) so that standing feet slide less: their steps are taken off its path."""
+def _carried(
+    stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings
+) -> FloatArray:
+    """Where the whole body is moved (N, T, 2) so that standing feet slide less: their steps are
+    taken off its path."""
     both = stands.copy()
     both[:, :, 1:] &= stands[:, :, :-1]
     both[:, :, 0] = False
@@ -271,13 +309,18 @@ def _carried(stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSe
     slid = (weight[..., None] * steps).sum(axis=0)
     total = weight.sum(axis=0)[..., None]
     sigma = settings.sway * fps
-    smooth = gaussian_filter1d(slid, sigma, axis=1, mode="nearest") / np.maximum(gaussian_filter1d(np.maximum(total, 0.02), sigma, axis=1, mode="nearest"), 1e-6)
+    smooth = gaussian_filter1d(slid, sigma, axis=1, mode="nearest") / np.maximum(
+        gaussian_filter1d(np.maximum(total, 0.02), sigma, axis=1, mode="nearest"), 1e-6
+    )
     moved: FloatArray = -settings.carry * np.cumsum(smooth, axis=1)
     return moved - moved[:, :1]
 
 
-def _moves(stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings) -> FloatArray:
-    """What moves each foot (2, N, T, 3): standing, it stays at the middle of where it slid, on its floor; smooth between."""
+def _moves(
+    stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings
+) -> FloatArray:
+    """What moves each foot (2, N, T, 3): standing, it stays at the middle of where it slid, on its
+    floor; smooth between."""
     shape = stands.shape
     flat = stands.reshape(-1, shape[-1])
     which, number, counts, _ = _runs(flat)
@@ -300,7 +343,8 @@ def _moves(stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, s
 
 
 def _bridge(move: FloatArray, flags: BoolArray) -> None:
-    """Fill rows (N, T, C) where no flag (N, T) is, in place: smoothly from the last flagged row to the next, constant beyond the ends."""
+    """Fill rows (N, T, C) where no flag (N, T) is, in place: smoothly from the last flagged row to
+    the next, constant beyond the ends."""
     frames = flags.shape[1]
     at = np.arange(frames)
     before = np.maximum.accumulate(np.where(flags, at, -1), axis=1)
@@ -314,24 +358,45 @@ def _bridge(move: FloatArray, flags: BoolArray) -> None:
     move[:] = (1 - share) * move[rows, first] + share * move[rows, last]
 
 
-def _cleared(over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings) -> FloatArray:
-    """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear of it while it swings."""
+def _cleared(
+    over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings
+) -> FloatArray:
+    """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear
+    of it while it swings."""
     swings = np.clip((_speed(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
     frames = max(1, round(settings.rise * fps))
-    rising = gaussian_filter1d(minimum_filter1d(swings, frames, axis=-1, mode="nearest"), frames / 3, axis=-1, mode="nearest")
+    rising = gaussian_filter1d(
+        minimum_filter1d(swings, frames, axis=-1, mode="nearest"),
+        frames / 3,
+        axis=-1,
+        mode="nearest",
+    )
     wanted = settings.clearance * np.minimum(rising * 1.5, 1.0)
     needed = np.maximum(wanted - over.min(axis=-1), 0)
-    wide = maximum_filter1d(needed, 2 * max(1, round(CLEAR_SECONDS * fps)) + 1, axis=-1, mode="nearest")
+    wide = maximum_filter1d(
+        needed, 2 * max(1, round(CLEAR_SECONDS * fps)) + 1, axis=-1, mode="nearest"
+    )
     smooth: FloatArray = gaussian_filter1d(wide, CLEAR_SECONDS * fps, axis=-1, mode="nearest")
     return smooth
 
 
-def _reach(clips: FloatArray, legs: tuple[tuple[int, int, int, int], ...], move: FloatArray, free: FloatArray, fps: float, settings: PlantSettings) -> None:
-    """Bring feet to where `move` (2, N, T, 3) has them, in place, as far as frames are `free` (T,): the pelvis comes down for legs that are too short, knees give way."""
+def _reach(
+    clips: FloatArray,
+    legs: tuple[tuple[int, int, int, int], ...],
+    move: FloatArray,
+    free: FloatArray,
+    fps: float,
+    settings: PlantSettings,
+) -> None:
+    """Bring feet to where `move` (2, N, T, 3) has them, in place, as far as frames are `free` (T,):
+    the pelvis comes down for legs that are too short, knees give way."""
     drop = np.zeros(clips.shape[:2])
     targets = []
     for (hip, knee, ankle, _), by in zip(legs, move, strict=True):
-        upper, lower = (np.linalg.norm(clips[:, :, b] - clips[:, :, a], axis=-1) for a, b in ((hip, knee), (knee, ankle)))
+        upper, lower = (
+            np.linalg.norm(clips[:, :, b] - clips[:, :, a], axis=-1)
+            for a, b in ((hip, knee), (knee, ankle))
+        )
         target = clips[:, :, ankle] + by
         target += (evened(target, settings.even * fps) - target) * free[:, None]
         targets.append(target)
@@ -342,9 +407,16 @@ def _reach(clips: FloatArray, legs: tuple[tuple[int, int, int, int], ...], move:
         down = np.sqrt(np.maximum(longest**2 - flat, (0.5 * longest) ** 2))
         drop = np.maximum(drop, np.clip(-way[..., 1] - down, 0, settings.reach))
     width = max(1, round(0.1 * fps))
-    drop = gaussian_filter1d(maximum_filter1d(drop, 2 * width + 1, axis=-1, mode="nearest"), width / 1.5, axis=-1, mode="nearest")
+    drop = gaussian_filter1d(
+        maximum_filter1d(drop, 2 * width + 1, axis=-1, mode="nearest"),
+        width / 1.5,
+        axis=-1,
+        mode="nearest",
+    )
     clips[..., 1] -= (drop * free)[..., None]
     for (hip, knee, ankle, toe), target in zip(legs, targets, strict=True):
         foot = clips[:, :, toe] - clips[:, :, ankle]
-        clips[:, :, knee], clips[:, :, ankle] = bend_to(clips[:, :, hip], clips[:, :, knee], clips[:, :, ankle], target)
+        clips[:, :, knee], clips[:, :, ankle] = bend_to(
+            clips[:, :, hip], clips[:, :, knee], clips[:, :, ankle], target
+        )
         clips[:, :, toe] = clips[:, :, ankle] + foot

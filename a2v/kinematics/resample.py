@@ -15,15 +15,17 @@ SHOWN_FPS = 30.0
 """Frames a second of what is shown and exported, unless another rate is asked for."""
 
 MAX_JOINT_FRAMES = 1_000_000
-"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700 bytes a joint and frame."""
+"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700
+bytes a joint and frame."""
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:
     """Resample clip(s) to `fps`, keeping the duration from the first to the last frame.
 
-    Rotations (as quaternions of continuous sign), root and bone lengths run through cubic splines; frames that both rates
-    share are unchanged, and bones keep their lengths. Beside monotone cubics, splines are nearer to what was recorded, and
-    feet slide and sink less (docs/animation.md).
+    Rotations (as quaternions of continuous sign), root and bone lengths run through cubic splines;
+    frames that both rates share are unchanged, and bones keep their lengths. Beside monotone
+    cubics, splines are nearer to what was recorded, and feet slide and sink less
+    (docs/animation.md).
 
     Parameters
     ----------
@@ -70,7 +72,8 @@ def frames_needed(frames: int, fps: float, rate: float) -> int:
 
 
 def resample_at(motion: Motion, at: FloatArray) -> Motion:
-    """Poses of clip(s) at fractional frames `at` (T,) from 0 to the last, as `resample_motion` finds them; the frame rate is kept."""
+    """Poses of clip(s) at fractional frames `at` (T,) from 0 to the last, as `resample_motion`
+    finds them; the frame rate is kept."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     rotvecs, lengths = rotvecs_of(motion, skeleton)
     quats = interpolate(continuous(rotvec_to_quat(rotvecs), axis=-3), at, axis=-3)
@@ -78,14 +81,23 @@ def resample_at(motion: Motion, at: FloatArray) -> Motion:
     root = interpolate(motion.joints[..., 0, :].astype(np.float64), at, axis=-2)
     joints = forward_kinematics(rotvecs, root, interpolate(lengths, at, axis=-2), skeleton)
     rotations, shown = rotvecs.astype(np.float32), _shown_at(motion, at)
-    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotations, root=root.astype(np.float32), expressions=shown)
+    return dataclasses.replace(
+        motion,
+        joints=joints.astype(np.float32),
+        rotations=rotations,
+        root=root.astype(np.float32),
+        expressions=shown,
+    )
 
 
 def _shown_at(motion: Motion, at: FloatArray) -> dict[str, FloatArray] | None:
     """Expressions at fractional frames `at` (T,), in straight lines: they stay within [0, 1]."""
     if motion.expressions is None:
         return None
-    return {name: np.interp(at, np.arange(len(own)), own).astype(np.float32) for name, own in motion.expressions.items()}
+    return {
+        name: np.interp(at, np.arange(len(own)), own).astype(np.float32)
+        for name, own in motion.expressions.items()
+    }
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
@@ -100,8 +112,11 @@ def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
 
 
 def continuous(quats: FloatArray, axis: int = 0) -> FloatArray:
-    """Flip signs of quaternions (..., 4) so that neighbours along `axis` (time) are on the same side."""
+    """Flip signs of quaternions (..., 4) so that neighbours along `axis` (time) are on the same
+    side."""
     moved = np.moveaxis(quats, axis, 0)
     dots = (moved[1:] * moved[:-1]).sum(-1, keepdims=True)
-    signs = np.concatenate([np.ones_like(moved[:1, ..., :1]), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)])
+    signs = np.concatenate(
+        [np.ones_like(moved[:1, ..., :1]), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)]
+    )
     return np.moveaxis(moved * signs, 0, axis)

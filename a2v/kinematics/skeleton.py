@@ -23,11 +23,11 @@ class Skeleton:
     joint_names : tuple of J str
         Joint 0 is the root.
     chains : tuple of tuples of int
-        Each lists joints from its start outwards; a chain starts at the root or at a joint of an earlier chain,
-        and every joint but the root ends exactly one bone.
+        Each lists joints from its start outwards; a chain starts at the root or at a joint of an
+        earlier chain, and every joint but the root ends exactly one bone.
     rest_directions : (J, 3) float64
-        Unit direction of the bone that ends at each joint when all rotations are zero (world axes: y up, facing
-        +z, the person's left +x: a T-pose); zero for the root.
+        Unit direction of the bone that ends at each joint when all rotations are zero (world axes:
+        y up, facing +z, the person's left +x: a T-pose); zero for the root.
     feet : tuple of int
         Joints that touch the ground (ankles and toes), for contact and skating.
     hips, shoulders : tuple of 2 int or None
@@ -50,12 +50,18 @@ class Skeleton:
                 if parents[joint] != -2:
                     raise InputError(f"skeleton '{self.name}': joint {joint} ends two bones")
                 if parents[parent] == -2:
-                    raise InputError(f"skeleton '{self.name}': chain {chain} starts at joint {chain[0]}, which no earlier chain reaches")
+                    raise InputError(
+                        f"skeleton '{self.name}': chain {chain} starts at joint {chain[0]}, which no earlier chain reaches"
+                    )
                 parents[joint] = parent
         if (parents == -2).any():
-            raise InputError(f"skeleton '{self.name}': no chain reaches joint {int(np.argmax(parents == -2))}")
+            raise InputError(
+                f"skeleton '{self.name}': no chain reaches joint {int(np.argmax(parents == -2))}"
+            )
         if np.shape(self.rest_directions) != (len(self.joint_names), 3):
-            raise InputError(f"skeleton '{self.name}': rest_directions must be ({len(self.joint_names)}, 3)")
+            raise InputError(
+                f"skeleton '{self.name}': rest_directions must be ({len(self.joint_names)}, 3)"
+            )
 
     @property
     def n_joints(self) -> int:
@@ -72,21 +78,29 @@ class Skeleton:
 
     @cached_property
     def levels(self) -> tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]:
-        """Bones grouped by their place in their chain: per place, (joints, previous joints of the same chain).
+        """Bones grouped by their place in their chain: per place, (joints, previous joints of the
+        same chain).
 
-        Rotations of one level depend on the level before it alone, so forward kinematics is one batched product a
-        level instead of a loop over chains and joints. The previous joint of a chain's first bone is -1: chains
-        start from the identity.
+        Rotations of one level depend on the level before it alone, so forward kinematics is one
+        batched product a level instead of a loop over chains and joints. The previous joint of a
+        chain's first bone is -1: chains start from the identity.
         """
         levels = []
         for place in range(1, max(map(len, self.chains))):
-            bones = [(chain[place], chain[place - 1] if place > 1 else -1) for chain in self.chains if len(chain) > place]
-            levels.append((tuple(joint for joint, _ in bones), tuple(previous for _, previous in bones)))
+            bones = [
+                (chain[place], chain[place - 1] if place > 1 else -1)
+                for chain in self.chains
+                if len(chain) > place
+            ]
+            levels.append(
+                (tuple(joint for joint, _ in bones), tuple(previous for _, previous in bones))
+            )
         return tuple(levels)
 
     @cached_property
     def path_matrix(self) -> FloatArray:
-        """(J, J) float64 of 0 and 1: ``positions = root + path_matrix @ bone_vectors`` sums bones from the root."""
+        """(J, J) float64 of 0 and 1: ``positions = root + path_matrix @ bone_vectors`` sums bones
+        from the root."""
         matrix = np.zeros((self.n_joints, self.n_joints))
         for joint in range(1, self.n_joints):
             node = joint
@@ -100,7 +114,9 @@ class Skeleton:
         try:
             return self.joint_names.index(name)
         except ValueError:
-            raise InputError(f"skeleton '{self.name}' has no joint '{name}'; it has {', '.join(self.joint_names)}") from None
+            raise InputError(
+                f"skeleton '{self.name}' has no joint '{name}'; it has {', '.join(self.joint_names)}"
+            ) from None
 
 
 def _directions(table: Sequence[Sequence[float]]) -> FloatArray:
@@ -169,13 +185,20 @@ NTU_VIBE = Skeleton(
     hips=(12, 9),
     shoulders=(5, 2),
 )  # fmt: skip
-"""18 joints that the authors re-estimated with VIBE for NTU-RGBD: OpenPose's body, whose joint 8 is the nose, with heels but no toes."""
+"""18 joints that the authors re-estimated with VIBE for NTU-RGBD: OpenPose's body, whose joint 8 is
+the nose, with heels but no toes."""
 
-SKELETONS: dict[str, Skeleton] = {skeleton.name: skeleton for skeleton in (HUMANACT12, CMU, NTU_VIBE)}
+SKELETONS: dict[str, Skeleton] = {
+    skeleton.name: skeleton for skeleton in (HUMANACT12, CMU, NTU_VIBE)
+}
 
 
 def skeleton_from_parents(
-    parents: Sequence[int], joint_names: Sequence[str], offsets: FloatArray | None = None, *, name: str = "custom"
+    parents: Sequence[int],
+    joint_names: Sequence[str],
+    offsets: FloatArray | None = None,
+    *,
+    name: str = "custom",
 ) -> Skeleton:
     """Build a `Skeleton` from a parent list (parents before children), as read from a BVH file.
 
@@ -187,7 +210,8 @@ def skeleton_from_parents(
         -1 for the root, which is joint 0.
     joint_names : J str
     offsets : (J, 3) float or None
-        Rest offsets from the parents (any length); their directions are the rest directions, "up" without them.
+        Rest offsets from the parents (any length); their directions are the rest directions, "up"
+        without them.
 
     Raises
     ------
@@ -196,7 +220,9 @@ def skeleton_from_parents(
     """
     n = len(parents)
     if n == 0 or parents[0] != -1 or any(not 0 <= parents[j] < j for j in range(1, n)):
-        raise InputError(f"skeleton '{name}': parents must list the root (-1) first and every parent before its children")
+        raise InputError(
+            f"skeleton '{name}': parents must list the root (-1) first and every parent before its children"
+        )
     children: list[list[int]] = [[] for _ in range(n)]
     for joint in range(1, n):
         children[parents[joint]].append(joint)
@@ -210,9 +236,15 @@ def skeleton_from_parents(
             joint = children[joint][0]
             chain.append(joint)
         chains.append(tuple(chain))
-    directions = np.tile(np.asarray(_UP, dtype=np.float64), (n, 1)) if offsets is None else _directions(np.asarray(offsets).tolist())
+    directions = (
+        np.tile(np.asarray(_UP, dtype=np.float64), (n, 1))
+        if offsets is None
+        else _directions(np.asarray(offsets).tolist())
+    )
     directions[0] = 0
-    return Skeleton(name=name, joint_names=tuple(joint_names), chains=tuple(chains), rest_directions=directions)
+    return Skeleton(
+        name=name, joint_names=tuple(joint_names), chains=tuple(chains), rest_directions=directions
+    )
 
 
 def skeleton_of(name: str, parents: Sequence[int], joint_names: Sequence[str]) -> Skeleton:

@@ -1,8 +1,8 @@
 """Maps between representations of rotations, for numpy arrays and torch tensors alike.
 
-Rotation vectors are ``(..., 3)`` (axis times angle, radians), matrices ``(..., 3, 3)`` acting on column
-vectors, quaternions ``(..., 4)`` in the order w, x, y, z. Any leading batch shape, any floating dtype; the
-maps are differentiable everywhere, the identity included (torch).
+Rotation vectors are ``(..., 3)`` (axis times angle, radians), matrices ``(..., 3, 3)`` acting on
+column vectors, quaternions ``(..., 4)`` in the order w, x, y, z. Any leading batch shape, any
+floating dtype; the maps are differentiable everywhere, the identity included (torch).
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ def _norm_squared(vector: Array) -> Array:
 
 
 def hat(rotvec: Array) -> Array:
-    """Skew-symmetric matrices (..., 3, 3) of vectors (..., 3): ``hat(w) @ v == cross(w, v)`` (Eq. 3)."""
+    """Skew-symmetric matrices (..., 3, 3) of vectors (..., 3): ``hat(w) @ v == cross(w, v)`` (Eq.
+    3)."""
     xp = namespace(rotvec)
     x, y, z = rotvec[..., 0], rotvec[..., 1], rotvec[..., 2]
     zero = xp.zeros_like(x)
@@ -70,8 +71,12 @@ def rotvec_to_rotmat(rotvec: Array) -> Array:
     safe = xp.where(small, xp.ones_like(square), square)
     angle = xp.sqrt(safe)
     half = xp.sin(angle / 2)
-    sinc = xp.where(small, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), xp.sin(angle) / angle)
-    cosc = xp.where(small, 0.5 - square / 24 * (1 - square / 30 * (1 - square / 56)), 2 * half * half / safe)
+    sinc = xp.where(
+        small, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), xp.sin(angle) / angle
+    )
+    cosc = xp.where(
+        small, 0.5 - square / 24 * (1 - square / 30 * (1 - square / 56)), 2 * half * half / safe
+    )
     x, y, z = rotvec[..., 0], rotvec[..., 1], rotvec[..., 2]
     cx, cy, cz = cosc * x, cosc * y, cosc * z
     sx, sy, sz = sinc * x, sinc * y, sinc * z
@@ -86,7 +91,8 @@ def rotvec_to_rotmat(rotvec: Array) -> Array:
 
 
 def rotmat_to_quat(rotmat: Array) -> Array:
-    """Unit quaternions (..., 4), wxyz with w >= 0, of rotation matrices (..., 3, 3); stable for every angle."""
+    """Unit quaternions (..., 4), wxyz with w >= 0, of rotation matrices (..., 3, 3); stable for
+    every angle."""
     xp = namespace(rotmat)
     m = [[rotmat[..., i, j] for j in range(3)] for i in range(3)]
     trace = m[0][0] + m[1][1] + m[2][2]
@@ -94,9 +100,33 @@ def rotmat_to_quat(rotmat: Array) -> Array:
     # 4 q q^T has these columns; the one with the largest diagonal is the best conditioned
     columns = [
         xp.stack([one + trace, m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]], -1),
-        xp.stack([m[2][1] - m[1][2], one + m[0][0] - m[1][1] - m[2][2], m[1][0] + m[0][1], m[0][2] + m[2][0]], -1),
-        xp.stack([m[0][2] - m[2][0], m[1][0] + m[0][1], one - m[0][0] + m[1][1] - m[2][2], m[2][1] + m[1][2]], -1),
-        xp.stack([m[1][0] - m[0][1], m[0][2] + m[2][0], m[2][1] + m[1][2], one - m[0][0] - m[1][1] + m[2][2]], -1),
+        xp.stack(
+            [
+                m[2][1] - m[1][2],
+                one + m[0][0] - m[1][1] - m[2][2],
+                m[1][0] + m[0][1],
+                m[0][2] + m[2][0],
+            ],
+            -1,
+        ),
+        xp.stack(
+            [
+                m[0][2] - m[2][0],
+                m[1][0] + m[0][1],
+                one - m[0][0] + m[1][1] - m[2][2],
+                m[2][1] + m[1][2],
+            ],
+            -1,
+        ),
+        xp.stack(
+            [
+                m[1][0] - m[0][1],
+                m[0][2] + m[2][0],
+                m[2][1] + m[1][2],
+                one - m[0][0] - m[1][1] + m[2][2],
+            ],
+            -1,
+        ),
     ]
     best = xp.argmax(xp.stack([columns[k][..., k] for k in range(4)], -1), -1)
     quat = columns[0]
@@ -108,7 +138,8 @@ def rotmat_to_quat(rotmat: Array) -> Array:
 
 
 def quat_to_rotmat(quat: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), wxyz; the quaternions are normalised first."""
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), wxyz; the quaternions are normalised
+    first."""
     xp = namespace(quat)
     quat = quat / xp.sqrt(_norm_squared(quat))[..., None]
     w, x, y, z = quat[..., 0], quat[..., 1], quat[..., 2], quat[..., 3]
@@ -142,14 +173,19 @@ def rotvec_to_quat(rotvec: Array) -> Array:
     square = _norm_squared(rotvec)
     small = square < 1e-3
     angle = xp.sqrt(xp.where(small, xp.ones_like(square), square))
-    half_sinc = xp.where(small, 0.5 - square / 48 * (1 - square / 80 * (1 - square / 168)), xp.sin(angle / 2) / angle)
-    cosine = xp.where(small, 1 - square / 8 * (1 - square / 48 * (1 - square / 120)), xp.cos(angle / 2))
+    half_sinc = xp.where(
+        small, 0.5 - square / 48 * (1 - square / 80 * (1 - square / 168)), xp.sin(angle / 2) / angle
+    )
+    cosine = xp.where(
+        small, 1 - square / 8 * (1 - square / 48 * (1 - square / 120)), xp.cos(angle / 2)
+    )
     quat: Array = xp.concatenate([cosine[..., None], half_sinc[..., None] * rotvec], -1)
     return quat
 
 
 def rotmat_to_rotvec(rotmat: Array) -> Array:
-    """Logarithm SO(3) -> so(3): rotation vectors (..., 3) with angles in [0, pi] of matrices (..., 3, 3)."""
+    """Logarithm SO(3) -> so(3): rotation vectors (..., 3) with angles in [0, pi] of matrices (...,
+    3, 3)."""
     return quat_to_rotvec(rotmat_to_quat(rotmat))
 
 
@@ -171,10 +207,13 @@ def quat_multiply(a: Array, b: Array) -> Array:
 
 
 def slerp(a: Array, b: Array, t: Array | float) -> Array:
-    """Spherical interpolation between unit quaternions (..., 4), wxyz, the short way; ``t = 0`` gives `a`."""
+    """Spherical interpolation between unit quaternions (..., 4), wxyz, the short way; ``t = 0``
+    gives `a`."""
     xp = namespace(a)
     relative = quat_multiply(b, a * xp.asarray([1, -1, -1, -1], dtype=a.dtype))
-    step = rotvec_to_quat(quat_to_rotvec(relative) * (t if isinstance(t, float | int) else xp.asarray(t)[..., None]))
+    step = rotvec_to_quat(
+        quat_to_rotvec(relative) * (t if isinstance(t, float | int) else xp.asarray(t)[..., None])
+    )
     turned: Array = quat_multiply(step, a)
     return turned
 
@@ -182,8 +221,8 @@ def slerp(a: Array, b: Array, t: Array | float) -> Array:
 def swing_between(source: Array, target: Array) -> Array:
     """Smallest rotation vectors (..., 3) that turn directions `source` into `target` (..., 3 each).
 
-    Directions need not have unit length; a zero direction gives the zero rotation. For opposite directions
-    the axis is chosen perpendicular to `source` (any such turn is equally small).
+    Directions need not have unit length; a zero direction gives the zero rotation. For opposite
+    directions the axis is chosen perpendicular to `source` (any such turn is equally small).
     """
     xp = namespace(source)
     tiny = 1e-12
@@ -195,8 +234,8 @@ def swing_between(source: Array, target: Array) -> Array:
 
     a, b = unit(source), unit(target)
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    # the swing is two half-way turns: its quaternion is (a . h, a x h) with h the unit bisector, which keeps
-    # its precision until the directions are opposite, where no bisector exists
+    # the swing is two half-way turns: its quaternion is (a . h, a x h) with h the unit bisector,
+    # which keeps its precision until the directions are opposite, where no bisector exists
     bisector = a + b
     opposite = (_norm_squared(bisector) < xp.finfo(a.dtype).eps)[..., None]
     h = unit(bisector)
@@ -206,7 +245,9 @@ def swing_between(source: Array, target: Array) -> Array:
     length = xp.sqrt(_norm_squared(quat))[..., None]
     quat = quat / xp.where(opposite | (length == 0), xp.ones_like(length), length)
     zero = xp.zeros_like(ax)
-    side = xp.where((abs(ax) < 0.9)[..., None], xp.stack([zero, -az, ay], -1), xp.stack([az, zero, -ax], -1))
+    side = xp.where(
+        (abs(ax) < 0.9)[..., None], xp.stack([zero, -az, ay], -1), xp.stack([az, zero, -ax], -1)
+    )
     quat = xp.where(opposite, xp.concatenate([zero[..., None], unit(side)], -1), quat)
     moved = ((_norm_squared(source) > tiny**2) & (_norm_squared(target) > tiny**2))[..., None]
     rotvec: Array = xp.where(moved, quat_to_rotvec(quat), xp.zeros_like(a))

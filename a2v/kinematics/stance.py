@@ -8,7 +8,9 @@ from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
 
-def leg_stance(side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None) -> tuple[bool, bool]:
+def leg_stance(
+    side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None
+) -> tuple[bool, bool]:
     """Whether a leg looks straight, and upright too, as one that carries weight.
 
     The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
@@ -23,7 +25,9 @@ def leg_stance(side: str, pixels: FloatArray, confidence: FloatArray, points: Fl
     points : (33, 3), optional
         The same in 3D, any unit, if they are usable.
     """
-    hip, knee, ankle, shoulder = (LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder"))
+    hip, knee, ankle, shoulder = (
+        LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder")
+    )
     if min(confidence[[hip, knee, ankle]]) < 0.3:
         return False, False
 
@@ -37,6 +41,8 @@ def leg_stance(side: str, pixels: FloatArray, confidence: FloatArray, points: Fl
     if points is not None and np.isfinite(points[[hip, knee, ankle]]).all():
         straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
     if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
-        straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
+        straight &= bool(
+            np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder])
+        )
     upright = abs(leg[0]) < 0.3 * leg[1]
     return bool(straight), bool(straight and upright)

@@ -18,7 +18,8 @@ def bone_vectors(joints: Array, skeleton: Skeleton) -> Array:
 
 
 def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
-    """Lengths (..., J) of the bones that end at each joint; zero for the root. Units of `joints`."""
+    """Lengths (..., J) of the bones that end at each joint; zero for the root. Units of
+    `joints`."""
     xp = namespace(joints)
     vectors = bone_vectors(joints, skeleton)
     lengths: Array = xp.sqrt((vectors * vectors).sum(-1))
@@ -26,23 +27,33 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
 
 
 def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root stays."""
+    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root
+    stays."""
     vectors = bone_vectors(joints, skeleton)
-    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9) * lengths[:, None]
+    vectors = (
+        vectors
+        / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+        * lengths[:, None]
+    )
     vectors[:, 0] = 0
     moved: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, vectors) + joints[:, :1]
     return moved
 
 
 def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> float:
-    """The factor s of the weighted least squares ``targets ~ s * points + t``: points and targets (N, D), weights (N,) not all 0."""
+    """The factor s of the weighted least squares ``targets ~ s * points + t``: points and targets
+    (N, D), weights (N,) not all 0."""
     first = points - np.average(points, axis=0, weights=weights)
     second = targets - np.average(targets, axis=0, weights=weights)
-    return float((weights[:, None] * first * second).sum() / max((weights[:, None] * first * first).sum(), 1e-9))
+    return float(
+        (weights[:, None] * first * second).sum()
+        / max((weights[:, None] * first * first).sum(), 1e-9)
+    )
 
 
 def compose(first: Array, second: Array) -> Array:
-    """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times faster than matmul."""
+    """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times
+    faster than matmul."""
     product: Array = sum(first[..., :, k, None] * second[..., k, None, :] for k in range(3))
     return product
 
@@ -59,8 +70,9 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
     Parameters
     ----------
     rotations : (..., J, 3) float
-        Rotation vectors; entry j rotates the bone that ends at joint j relative to the previous bone of its chain;
-        chains start from the identity (the published convention). Entry 0 is not used.
+        Rotation vectors; entry j rotates the bone that ends at joint j relative to the previous
+        bone of its chain; chains start from the identity (the published convention). Entry 0 is not
+        used.
     root : (..., 3) float
         Position of joint 0.
     lengths : (..., J) float
@@ -93,10 +105,11 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
 
 
 def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
-    """Rotation vectors (..., J, 3) whose forward kinematics give `joints` (..., J, 3) with their bone lengths.
+    """Rotation vectors (..., J, 3) whose forward kinematics give `joints` (..., J, 3) with their
+    bone lengths.
 
-    Each bone takes the smallest rotation from the previous one (joint positions leave the twist about a bone open).
-    A bone of zero length gets none.
+    Each bone takes the smallest rotation from the previous one (joint positions leave the twist
+    about a bone open). A bone of zero length gets none.
     """
     bones = bone_vectors(joints, skeleton).reshape(-1, 3 * skeleton.n_joints).T
     rotvecs = bones_to_rotvecs(bones.reshape(skeleton.n_joints, 3, -1), skeleton)
@@ -107,7 +120,8 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
 def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
     """The rotation vectors of `inverse_kinematics`, from bones of any length.
 
-    Poses come last, so that every operation runs along N numbers in a row: a flow's graph has this inside.
+    Poses come last, so that every operation runs along N numbers in a row: a flow's graph has this
+    inside.
 
     Parameters
     ----------
@@ -135,18 +149,29 @@ def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
         if before is not None:
             target = (before * target[:, :, None]).sum(1)  # transpose(before) @ target
         target = xp.where(still[joints], constant(rest[..., None], bones), target)
-        # for rest directions e and targets w: cos = e . w, sin * axis = e x w, and cos I + hat(sin * axis), all linear in w
+        # for rest directions e and targets w: cos = e . w, sin * axis = e x w, and cos I + hat(sin
+        # * axis), all linear in w
         parts = constant(_swing_parts(rest), bones) @ target
         cosine, cross, linear = parts[:, :1], parts[:, 1:4], parts[:, 4:]
         sine = xp.sqrt((cross * cross).sum(1))[:, None]
         beyond = cosine < 0
         # the tangent of half the angle, from whichever pair does not cancel
-        angle = 2 * xp.arctan(xp.where(beyond, 1 - cosine, sine) / xp.where(beyond, xp.clip(sine, tiny, None), 1 + cosine))
+        angle = 2 * xp.arctan(
+            xp.where(beyond, 1 - cosine, sine)
+            / xp.where(beyond, xp.clip(sine, tiny, None), 1 + cosine)
+        )
         # a bone turned right back has no axis of its own: any one square to the rest direction
         opposite = beyond & (sine < xp.finfo(bones.dtype).eps ** 0.5)
-        axis = xp.where(opposite, constant(_any_normal(rest)[..., None], bones), cross / xp.clip(sine, tiny, None))
+        axis = xp.where(
+            opposite,
+            constant(_any_normal(rest)[..., None], bones),
+            cross / xp.clip(sine, tiny, None),
+        )
         rotvec = axis * angle
-        frame = linear.reshape(len(joints), 3, 3, -1) + ((1 - cosine) * axis)[:, :, None] * axis[:, None]
+        frame = (
+            linear.reshape(len(joints), 3, 3, -1)
+            + ((1 - cosine) * axis)[:, :, None] * axis[:, None]
+        )
         if before is not None:
             frame = compose_rows(before, frame)
         frames, position = frame, {joint: i for i, joint in enumerate(level)}
@@ -157,7 +182,8 @@ def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
 
 
 def _swing_parts(rest: FloatArray) -> FloatArray:
-    """Matrices (n, 13, 3) that make of w: e . w, e x w and (e . w) I + hat(e x w), for unit rest directions e (n, 3)."""
+    """Matrices (n, 13, 3) that make of w: e . w, e x w and (e . w) I + hat(e x w), for unit rest
+    directions e (n, 3)."""
     both = np.concatenate([rest[:, None], hat(rest)], 1)
     parts: FloatArray = np.concatenate([both, MATRIX_BASIS @ both], 1)
     return parts

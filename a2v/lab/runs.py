@@ -1,4 +1,5 @@
-"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which a stopped run goes on."""
+"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which
+a stopped run goes on."""
 
 from __future__ import annotations
 
@@ -22,10 +23,13 @@ from a2v.io import atomic_path, open_file, shorten, write_csv
 if TYPE_CHECKING:
     import torch
 
-FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every", "quick_products"})
+FREE_TO_CHANGE = frozenset(
+    {"threads", "device", "checkpoint_seconds", "log_every", "quick_products"}
+)
 """Settings that do not change what is learned, so that a run may be resumed with others."""
 NEWER: Mapping[str, bool] = {"newer": True}
-"""Metadata of a field that older runs do not know: what it is by default does not tell two runs apart."""
+"""Metadata of a field that older runs do not know: what it is by default does not tell two runs
+apart."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +49,8 @@ class RunSettings:
     log_every : int
         Iterations between lines of the log.
     quick_products : bool
-        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On a CPU with AMX it
-        rounds factors to bfloat16.
+        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On
+        a CPU with AMX it rounds factors to bfloat16.
     """
 
     seed: int = 0
@@ -66,7 +70,8 @@ class RunSettings:
 
     @contextmanager
     def products(self) -> Iterator[None]:
-        """A training loop's matrix products as `quick_products` says; afterwards they are what they were."""
+        """A training loop's matrix products as `quick_products` says; afterwards they are what they
+        were."""
         import torch
 
         matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]  # torch's stubs lack it
@@ -99,8 +104,16 @@ def choose_device(name: str) -> torch.device:
     import torch
 
     count = torch.cuda.device_count() if torch.cuda.is_available() else 0
-    if name not in ("auto", "cpu", *(["cuda"] if count else []), *(f"cuda:{index}" for index in range(count))):
-        raise InputError(f"device is '{shorten(name, 40)}'; expected auto, cpu" + (f", cuda or cuda:0 to cuda:{count - 1}" if count else "; there is no CUDA here"))
+    if name not in (
+        "auto",
+        "cpu",
+        *(["cuda"] if count else []),
+        *(f"cuda:{index}" for index in range(count)),
+    ):
+        raise InputError(
+            f"device is '{shorten(name, 40)}'; expected auto, cpu"
+            + (f", cuda or cuda:0 to cuda:{count - 1}" if count else "; there is no CUDA here")
+        )
     return torch.device("cuda" if count else "cpu") if name == "auto" else torch.device(name)
 
 
@@ -126,23 +139,37 @@ class RateSchedule:
 
     def __call__(self, iteration: int) -> float:
         """The rate of an iteration, counted from 0."""
-        return self.peak * min(1.0, (iteration + 1) / self.warm_up) * self._decay(iteration / self.span)
+        return (
+            self.peak
+            * min(1.0, (iteration + 1) / self.warm_up)
+            * self._decay(iteration / self.span)
+        )
 
     def _decay(self, progress: float) -> float:
         return self.floor + (1 - self.floor) * 0.5 * (1 + math.cos(math.pi * progress))
 
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
-    """What makes two runs the same: the settings (dataclasses) that change what is learned, and the data's digest."""
+    """What makes two runs the same: the settings (dataclasses) that change what is learned, and the
+    data's digest."""
     values: dict[str, Any] = {}
     for chosen in settings:
-        same = {item.name for item in dataclasses.fields(chosen) if item.metadata.get("newer") and getattr(chosen, item.name) == item.default}
-        values |= {name: value for name, value in dataclasses.asdict(chosen).items() if name not in same}
-    return {name: value for name, value in values.items() if name not in FREE_TO_CHANGE} | {"dataset_digest": digest}
+        same = {
+            item.name
+            for item in dataclasses.fields(chosen)
+            if item.metadata.get("newer") and getattr(chosen, item.name) == item.default
+        }
+        values |= {
+            name: value for name, value in dataclasses.asdict(chosen).items() if name not in same
+        }
+    return {name: value for name, value in values.items() if name not in FREE_TO_CHANGE} | {
+        "dataset_digest": digest
+    }
 
 
 class Run:
-    """A checkpoint file that is written now and then, and read when the same training is started again.
+    """A checkpoint file that is written now and then, and read when the same training is started
+    again.
 
     Parameters
     ----------
@@ -154,7 +181,9 @@ class Run:
         Seconds between checkpoints.
     """
 
-    def __init__(self, path: str | os.PathLike[str], made_with: Mapping[str, Any], every: float) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], made_with: Mapping[str, Any], every: float
+    ) -> None:
         self.path, self.made_with, self.every = Path(path), dict(made_with), every
         self._saved = self._began = time.monotonic()
 
@@ -164,7 +193,8 @@ class Run:
         Raises
         ------
         InputError
-            It cannot be read, or was made with other data or settings (the first difference is named).
+            It cannot be read, or was made with other data or settings (the first difference is
+            named).
         """
         if not self.path.exists():
             return None
@@ -173,7 +203,9 @@ class Run:
         for name in sorted({*self.made_with, *old}):
             value = self.made_with.get(name, "its default")
             if name not in old or old[name] != value:
-                raise InputError(f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings")
+                raise InputError(
+                    f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings"
+                )
         self._began = time.monotonic() - content["seconds"]
         return content
 
@@ -226,7 +258,8 @@ class Training(ABC):
 
     @abstractmethod
     def step(self) -> dict[str, float]:
-        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean of."""
+        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean
+        of."""
 
     @abstractmethod
     def content(self) -> dict[str, Any]:
@@ -244,23 +277,32 @@ class Training(ABC):
         return {}
 
     def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
-        """One step of the optimizer down `loss` (); the gradient's norm is limited to `largest_gradient`, unless that is 0."""
+        """One step of the optimizer down `loss` (); the gradient's norm is limited to
+        `largest_gradient`, unless that is 0."""
         from torch import nn
 
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         if largest_gradient > 0:
-            nn.utils.clip_grad_norm_([weight for group in self.optimizer.param_groups for weight in group["params"]], largest_gradient)
+            nn.utils.clip_grad_norm_(
+                [weight for group in self.optimizer.param_groups for weight in group["params"]],
+                largest_gradient,
+            )
         self.optimizer.step()
 
 
 def carry_on(
-    training: Training, run: Run, settings: RunSettings, *, iterations: int, on_log: Callable[[dict[str, float]], None] | None = None
+    training: Training,
+    run: Run,
+    settings: RunSettings,
+    *,
+    iterations: int,
+    on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> None:
     """Begin a training, or go on with what `run` has of it, until `iterations` are done.
 
-    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one of a training that is
-    complete stays as it is.
+    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one
+    of a training that is complete stays as it is.
 
     Parameters
     ----------
@@ -276,7 +318,8 @@ def carry_on(
     Raises
     ------
     InputError
-        The checkpoint cannot be read or is of another training (see `Run.resume`), or a loss is not finite.
+        The checkpoint cannot be read or is of another training (see `Run.resume`), or a loss is not
+        finite.
     """
     content = run.resume((*training.STORED, "optimizer", "iteration", "log"))
     if content is None:
@@ -289,7 +332,11 @@ def carry_on(
             return
 
     def save() -> None:
-        kept = {"optimizer": training.optimizer.state_dict(), "iteration": training.iteration, "log": training.log}
+        kept = {
+            "optimizer": training.optimizer.state_dict(),
+            "iteration": training.iteration,
+            "log": training.log,
+        }
         run.save(training.content() | kept, training.log)
 
     recent: list[dict[str, float]] = []
@@ -310,7 +357,9 @@ def carry_on(
                 save()
 
 
-def _mean_row(training: Training, run: Run, recent: Sequence[Mapping[str, float]]) -> dict[str, float]:
+def _mean_row(
+    training: Training, run: Run, recent: Sequence[Mapping[str, float]]
+) -> dict[str, float]:
     """A row of the log. Raises InputError where a mean is not finite."""
     mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
     row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
@@ -320,7 +369,8 @@ def _mean_row(training: Training, run: Run, recent: Sequence[Mapping[str, float]
 
 
 def load_tensors(path: str | os.PathLike[str]) -> Any:
-    """What `torch.load` makes of a regular file: tensors and plain values alone, together hardly more than the file holds.
+    """What `torch.load` makes of a regular file: tensors and plain values alone, together hardly
+    more than the file holds.
 
     Raises
     ------
@@ -351,12 +401,15 @@ def load_tensors(path: str | os.PathLike[str]) -> Any:
 
 
 _REPEATED = 4
-"""Times that the tensors of a checkpoint may be larger than its file: several may share their numbers."""
+"""Times that the tensors of a checkpoint may be larger than its file: several may share their
+numbers."""
 
 
 def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
     if wanted > _REPEATED * size + (1 << 20):
-        raise InputError(f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is damaged, or something else")
+        raise InputError(
+            f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is damaged, or something else"
+        )
 
 
 def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict[str, Any]:
@@ -374,8 +427,14 @@ def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict
         missing = {"made_with", "seconds", *needed} - set(content)
     except InputError:
         raise
-    except Exception:  # torch raises many kinds for a damaged file, and advises to read it without care
-        raise InputError(f"{path} cannot be read as a checkpoint; it is damaged, or something else") from None
+    except (
+        Exception
+    ):  # torch raises many kinds for a damaged file, and advises to read it without care
+        raise InputError(
+            f"{path} cannot be read as a checkpoint; it is damaged, or something else"
+        ) from None
     if missing:
-        raise InputError(f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder")
+        raise InputError(
+            f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder"
+        )
     return dict(content)

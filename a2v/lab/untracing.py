@@ -1,7 +1,9 @@
-"""Weights back out of the ONNX graphs that `a2v.tracing` made, to go on training networks of which nothing else is left.
+"""Weights back out of the ONNX graphs that `a2v.tracing` made, to go on training networks of which
+nothing else is left.
 
-The export folds every batch normalisation into the convolution before it; here it comes back as one that changes nothing (`calibrate` gives it
-the statistics of real activations, so that training starts from the same function).
+The export folds every batch normalisation into the convolution before it; here it comes back as one
+that changes nothing (`calibrate` gives it the statistics of real activations, so that training
+starts from the same function).
 """
 
 from __future__ import annotations
@@ -26,8 +28,8 @@ _FOLDED = ".weight_bias"
 def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict[str, np.ndarray]:
     """The weights of a file by the names that they had in torch.
 
-    The exporter names biases after their layers and leaves the matrices before them nameless: each is the factor of the product that its bias is
-    added to.
+    The exporter names biases after their layers and leaves the matrices before them nameless: each
+    is the factor of the product that its bias is added to.
 
     Parameters
     ----------
@@ -44,17 +46,30 @@ def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict
     from onnx import numpy_helper
 
     if not Path(path).is_file():
-        raise InputError(f"{path} does not exist; give a run's folder or one with ONNX files that a2v wrote")
+        raise InputError(
+            f"{path} does not exist; give a run's folder or one with ONNX files that a2v wrote"
+        )
     graph = onnx.load(str(path)).graph
     constants = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     found = {name.removesuffix(_HALF): value for name, value in constants.items()}
     makers = {output: node for node in graph.node for output in node.output}
     for node in graph.node:
-        bias = next((name for name in node.input if name in constants and name.endswith("bias")), "")
-        product = next((makers[name] for name in node.input if name in makers and makers[name].op_type == "MatMul"), None)
+        bias = next(
+            (name for name in node.input if name in constants and name.endswith("bias")), ""
+        )
+        product = next(
+            (
+                makers[name]
+                for name in node.input
+                if name in makers and makers[name].op_type == "MatMul"
+            ),
+            None,
+        )
         if node.op_type == "Add" and bias and product is not None:
             factor = product.input[1]
-            stored = factor if factor in constants else makers[factor].input[0]  # stored as float16, and cast
+            stored = (
+                factor if factor in constants else makers[factor].input[0]
+            )  # stored as float16, and cast
             found[f"{bias.removesuffix('bias')}weight"] = constants[stored].T
     return {
         new + name.removeprefix(old): np.array(value, np.float32)
@@ -75,9 +90,14 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
     weights = dict(weights)
     for name, module in network.named_modules():
         if isinstance(module, nn.BatchNorm2d):
-            before = f"{name.rpartition('.')[0]}.0"  # of each block: convolution, normalisation, activation
+            # of each block: convolution, normalisation, activation
+            before = f"{name.rpartition('.')[0]}.0"
             ones = np.ones(module.num_features, np.float32)
-            weights |= {f"{name}.weight": np.sqrt(ones + module.eps), f"{name}.running_mean": 0 * ones, f"{name}.running_var": ones}
+            weights |= {
+                f"{name}.weight": np.sqrt(ones + module.eps),
+                f"{name}.running_mean": 0 * ones,
+                f"{name}.running_var": ones,
+            }
             if before + _FOLDED in weights:
                 weights[f"{name}.bias"] = weights[before + _FOLDED]
     state = network.state_dict()
@@ -93,7 +113,8 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
 
 @torch.no_grad()
 def calibrate(network: nn.Module, batches: Iterable[Any], forward: Callable[[Any], Any]) -> None:
-    """Give normalisations that change nothing the mean and variance of what reaches them; what the network computes stays as it is.
+    """Give normalisations that change nothing the mean and variance of what reaches them; what the
+    network computes stays as it is.
 
     Parameters
     ----------

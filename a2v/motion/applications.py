@@ -1,6 +1,8 @@
-"""The papers' applications of a motion model (journal paper, Sec. 5.1.3 to 5.1.5; conference paper, Sec. 4.2.6).
+"""The papers' applications of a motion model (journal paper, Sec. 5.1.3 to 5.1.5; conference paper,
+Sec. 4.2.6).
 
-Action transition is `MotionModel.sample` with several actions, body scale its `bone_scale` and `lengths`.
+Action transition is `MotionModel.sample` with several actions, body scale its `bone_scale` and
+`lengths`.
 """
 
 from __future__ import annotations
@@ -25,13 +27,20 @@ CONCENTRATED = 0.7
 
 
 def interpolate(
-    model: MotionModel, action: str, *, seeds: tuple[int, int] = (0, 1), rows: int = 5, frames: int = 60, linear: bool = False
+    model: MotionModel,
+    action: str,
+    *,
+    seeds: tuple[int, int] = (0, 1),
+    rows: int = 5,
+    frames: int = 60,
+    linear: bool = False,
 ) -> Motion:
     """Motions between two motions of an action, by their noise (journal paper, Sec. 5.1.3).
 
-    A step model's first noise vector, which makes the first pose, goes from that of ``seeds[0]`` to that of ``seeds[1]``,
-    and the noise of later frames is that of ``seeds[0]`` in every row. A window model makes whole windows from a vector
-    each: all of them are interpolated, so that the last row is the motion of ``seeds[1]``.
+    A step model's first noise vector, which makes the first pose, goes from that of ``seeds[0]`` to
+    that of ``seeds[1]``, and the noise of later frames is that of ``seeds[0]`` in every row. A
+    window model makes whole windows from a vector each: all of them are interpolated, so that the
+    last row is the motion of ``seeds[1]``.
 
     Parameters
     ----------
@@ -43,8 +52,8 @@ def interpolate(
         Motions, both ends included; at least 2.
     frames : int
     linear : bool
-        On the straight line, as in the paper; otherwise on the great circle, where the noise keeps the length that the
-        model was trained with.
+        On the straight line, as in the paper; otherwise on the great circle, where the noise keeps
+        the length that the model was trained with.
 
     Returns
     -------
@@ -63,7 +72,10 @@ def interpolate(
     share = np.linspace(0, 1, rows)
 
     def noise(shape: tuple[int, ...], at: int) -> FloatArray:
-        a, b = (generator.standard_normal((1, *shape[1:]), dtype=np.float32)[0] for generator in (first, second))
+        a, b = (
+            generator.standard_normal((1, *shape[1:]), dtype=np.float32)[0]
+            for generator in (first, second)
+        )
         if model.makes_windows:
             return between(a, b, share, linear=linear)
         mixed = np.repeat(a[None], rows, axis=0)
@@ -71,16 +83,28 @@ def interpolate(
         return mixed
 
     body = model.bone_lengths
-    joints, rotations = model.generate(np.tile(model.frame_labels(names, frames), (rows, 1)), np.tile(body, (rows, 1)), noise)
+    joints, rotations = model.generate(
+        np.tile(model.frame_labels(names, frames), (rows, 1)), np.tile(body, (rows, 1)), noise
+    )
     path = "linear" if linear else "spherical"
-    return model.to_motion(joints, rotations, lengths=body, names=names, seed=seeds[0], interpolated=[*seeds, rows], path=path)
+    return model.to_motion(
+        joints,
+        rotations,
+        lengths=body,
+        names=names,
+        seed=seeds[0],
+        interpolated=[*seeds, rows],
+        path=path,
+    )
 
 
-def between(first: FloatArray, second: FloatArray, share: FloatArray, *, linear: bool = False) -> FloatArray:
+def between(
+    first: FloatArray, second: FloatArray, share: FloatArray, *, linear: bool = False
+) -> FloatArray:
     """Vectors (R, Z) float32 on the way from `first` to `second` (Z,), at `share` (R,) in [0, 1].
 
-    The great circle (Shoemake 1985, in any dimension) goes on through the lengths of both ends; parallel vectors are
-    interpolated on the line.
+    The great circle (Shoemake 1985, in any dimension) goes on through the lengths of both ends;
+    parallel vectors are interpolated on the line.
     """
     share = np.asarray(share, dtype=np.float64)[:, None]
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
@@ -91,23 +115,34 @@ def between(first: FloatArray, second: FloatArray, share: FloatArray, *, linear:
     angle = np.arccos(np.clip(a @ b / (norms[0] * norms[1]), -1, 1))
     if np.sin(angle) < 1e-6:
         return line.astype(np.float32)
-    arc = (np.sin((1 - share) * angle) * a / norms[0] + np.sin(share * angle) * b / norms[1]) / np.sin(angle)
+    arc = (
+        np.sin((1 - share) * angle) * a / norms[0] + np.sin(share * angle) * b / norms[1]
+    ) / np.sin(angle)
     result: FloatArray = (arc * ((1 - share) * norms[0] + share * norms[1])).astype(np.float32)
     return result
 
 
-def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, frames: int = 60, count: int = 3, seed: int = 0) -> Motion:
+def outpaint(
+    model: MotionModel,
+    start: Motion,
+    action: str | list[str],
+    *,
+    frames: int = 60,
+    count: int = 3,
+    seed: int = 0,
+) -> Motion:
     """Several futures of given poses (journal paper, Sec. 5.1.5).
 
-    The futures have the body of `start` and go on where it ends; all poses of `start` are kept. A model that knows people
-    from one side only (HumanAct12: facing the camera) is shown `start` rotated to that side, and the result is rotated back.
+    The futures have the body of `start` and go on where it ends; all poses of `start` are kept. A
+    model that knows people from one side only (HumanAct12: facing the camera) is shown `start`
+    rotated to that side, and the result is rotated back.
 
     Parameters
     ----------
     model : MotionModel
     start : Motion
-        One clip, of any skeleton with a person's joints, shorter than `frames` once at the model's frame rate. Window models
-        see its last ``context_frames`` frames, step models all.
+        One clip, of any skeleton with a person's joints, shorter than `frames` once at the model's
+        frame rate. Window models see its last ``context_frames`` frames, step models all.
     action : str or list of str
     frames : int
         Frames a clip, those of `start` included.
@@ -123,15 +158,22 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     Raises
     ------
     InputError
-        `start` is a batch, has not a person's joints, or is too long; an unknown action or a number out of range.
+        `start` is a batch, has not a person's joints, or is too long; an unknown action or a number
+        out of range.
     """
     if start.batch:
-        raise InputError(f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it first")
+        raise InputError(
+            f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it first"
+        )
     names = model.check_request(action, frames=frames, count=count)
     skeleton = model.skeleton
-    given = on_skeleton(resample_motion(start, model.fps), skeleton, model.bone_lengths * model.card.metres_per_unit)
+    given = on_skeleton(
+        resample_motion(start, model.fps), skeleton, model.bone_lengths * model.card.metres_per_unit
+    )
     if len(given) >= frames:
-        raise InputError(f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or give fewer of them")
+        raise InputError(
+            f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or give fewer of them"
+        )
     vectors = given - given[:, np.maximum(skeleton.parents, 0)]
     lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.metres_per_unit
     generator = np.random.default_rng(seed)
@@ -143,18 +185,24 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     end = given[-1, 0]
     shown = given - end
     shown = (shown + (1 / step - 1) * shown[:, :1]) @ rotmat.T
-    joints, _ = model.generate(labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1)))
+    joints, _ = model.generate(
+        labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1))
+    )
     joints = (joints + (step - 1) * joints[:, :, :1]) @ rotmat + end
     # the given poses say where the floor is, unless they are too few to tell a step from a jump
     known = len(given) if len(given) >= 0.5 * model.fps else model.card.frames
     joints = level_floor(joints.astype(np.float32), max(known, len(given)), model.card.frames // 2)
     joints[:, : len(given)] = given
     rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
-    return replace(model.to_motion(joints, rotations, lengths=bodies, names=names, seed=seed, place=False), given_frames=len(given))
+    return replace(
+        model.to_motion(joints, rotations, lengths=bodies, names=names, seed=seed, place=False),
+        given_frames=len(given),
+    )
 
 
 def matching_actions(model: MotionModel, pattern: str) -> list[str]:
-    """The model's actions that a pattern with ``*`` and ``?`` names, such as ``lift_dumbbell*`` for its fine-grained kinds.
+    """The model's actions that a pattern with ``*`` and ``?`` names, such as ``lift_dumbbell*`` for
+    its fine-grained kinds.
 
     Raises
     ------
@@ -163,12 +211,17 @@ def matching_actions(model: MotionModel, pattern: str) -> list[str]:
     """
     found = [name for name in model.actions if fnmatch.fnmatch(name.lower(), pattern.lower())]
     if not found:
-        raise InputError(f"no action of '{model.path.stem}' matches '{pattern}'; it knows {', '.join(model.actions)}")
+        raise InputError(
+            f"no action of '{model.path.stem}' matches '{pattern}'; it knows {', '.join(model.actions)}"
+        )
     return found
 
 
-def sample_each(model: MotionModel, actions: list[str], *, frames: int = 60, seed: int = 0) -> Motion:
-    """One clip of each action as a batch (fine-grained actions beside each other; first paper, Table 5).
+def sample_each(
+    model: MotionModel, actions: list[str], *, frames: int = 60, seed: int = 0
+) -> Motion:
+    """One clip of each action as a batch (fine-grained actions beside each other; first paper,
+    Table 5).
 
     ``action`` of the result names them in the order of the clips, with a bar between; each clip is
     ``model.sample(name, seed=seed)``.
@@ -177,18 +230,22 @@ def sample_each(model: MotionModel, actions: list[str], *, frames: int = 60, see
         model.check_request(name, frames=frames, count=1)
     clips = [model.sample(name, frames=frames, seed=seed) for name in actions]
     labels = [model.actions[model.label(name)] for name in actions]
-    joints, rotations = np.stack([clip.joints for clip in clips]), np.stack([clip.rotations for clip in clips])
-    motion = model.to_motion(joints, rotations, lengths=model.bone_lengths, names=labels, seed=seed, place=False)
+    joints, rotations = (
+        np.stack([clip.joints for clip in clips]),
+        np.stack([clip.rotations for clip in clips]),
+    )
+    motion = model.to_motion(
+        joints, rotations, lengths=model.bone_lengths, names=labels, seed=seed, place=False
+    )
     return replace(motion, action="|".join(labels))
-
 
 
 def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
     """Joints (T, J, 3) float32 of a clip on another skeleton of a person.
 
-    Joints are matched by their names in any known scheme (`canonical_joints`); those of the spine that have no twin lie
-    on the way from pelvis to neck; a missing end (hand, toes, head) goes on from the bone before it with the length of
-    `lengths` (toes: forwards, level).
+    Joints are matched by their names in any known scheme (`canonical_joints`); those of the spine
+    that have no twin lie on the way from pelvis to neck; a missing end (hand, toes, head) goes on
+    from the bone before it with the length of `lengths` (toes: forwards, level).
 
     Parameters
     ----------
@@ -206,7 +263,9 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
         return motion.joints.astype(np.float32)
     wanted = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     if missing := missing_joints(wanted):
-        raise InputError(f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start with its own joint names")
+        raise InputError(
+            f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start with its own joint names"
+        )
     source = source_joints(motion)
     shoulders = (source["left_shoulder"] + source["right_shoulder"]) / 2
     neck = source.get("neck", shoulders)
@@ -216,7 +275,9 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     n_spine = sum(name.startswith("spine") for name in wanted)
     if n_spine != sum(name.startswith("spine") for name in source):
         for place in range(1, n_spine + 1):
-            source[f"spine{place}"] = source["pelvis"] + (neck - source["pelvis"]) * (place / (n_spine + 1))
+            source[f"spine{place}"] = source["pelvis"] + (neck - source["pelvis"]) * (
+                place / (n_spine + 1)
+            )
     names = {index: name for name, index in wanted.items()}
     joints = np.zeros((motion.frames, skeleton.n_joints, 3))
     for joint, parent in enumerate(skeleton.parents.tolist()):
@@ -224,23 +285,35 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
         if name in source:
             joints[:, joint] = source[name]
         elif name.endswith("collar"):
-            joints[:, joint] = joints[:, parent] + (source[name.replace("collar", "shoulder")] - joints[:, parent]) * 0.4
+            joints[:, joint] = (
+                joints[:, parent]
+                + (source[name.replace("collar", "shoulder")] - joints[:, parent]) * 0.4
+            )
         elif parent < 0:
             joints[:, joint] = source["pelvis"]
         else:
-            before = joints[:, parent] - joints[:, skeleton.parents[parent]] if skeleton.parents[parent] >= 0 else forward
+            before = (
+                joints[:, parent] - joints[:, skeleton.parents[parent]]
+                if skeleton.parents[parent] >= 0
+                else forward
+            )
             direction = forward if name.endswith(("foot", "toes")) else before
             size = np.maximum(np.linalg.norm(direction, axis=-1, keepdims=True), 1e-9)
             joints[:, joint] = joints[:, parent] + direction / size * lengths[joint]
     return joints.astype(np.float32)
 
 
-def _to_known_heading(model: MotionModel, given: FloatArray, label: int, generator: np.random.Generator) -> FloatArray:
-    """Rotation (3, 3) about +y of `given` (T, J, 3) to the heading that the model's own clips of an action have, if they have one."""
+def _to_known_heading(
+    model: MotionModel, given: FloatArray, label: int, generator: np.random.Generator
+) -> FloatArray:
+    """Rotation (3, 3) about +y of `given` (T, J, 3) to the heading that the model's own clips of an
+    action have, if they have one."""
     skeleton = model.skeleton
     if skeleton.hips is None or skeleton.shoulders is None:
         return np.eye(3)
-    own, _ = model.generate(np.full((64, 8), label), np.tile(model.bone_lengths, (64, 1)), generator)
+    own, _ = model.generate(
+        np.full((64, 8), label), np.tile(model.bone_lengths, (64, 1)), generator
+    )
     mean = np.exp(1j * heading(own[:, 0], skeleton)).mean()
     if abs(mean) < CONCENTRATED:
         return np.eye(3)

@@ -1,4 +1,5 @@
-"""How clips and actions begin: recordings start before people do, and whoever asks for an action wants to see it."""
+"""How clips and actions begin: recordings start before people do, and whoever asks for an action
+wants to see it."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ LEAD_SECONDS = 1 / 3
 
 
 def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
-    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can do without at their beginning: people stand there.
+    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can do
+    without at their beginning: people stand there.
 
     All but `LEAD_SECONDS` of them, which are how people get going.
     """
@@ -25,15 +27,20 @@ def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
     speeds = np.linalg.norm(np.diff(joints.astype(np.float64), axis=1), axis=-1).mean(axis=-1)
     last = np.maximum(moving - 2, 0)[:, None]
     at = np.minimum(np.arange(speeds.shape[1]), last)  # what comes after is as the last that moves
-    even = uniform_filter1d(np.take_along_axis(speeds, at, axis=1), max(1, round(fps / 4)), axis=1, mode="nearest")
-    brisk = np.nanquantile(np.where(np.arange(speeds.shape[1]) <= last, even, np.nan), 0.75, axis=1, keepdims=True)
+    even = uniform_filter1d(
+        np.take_along_axis(speeds, at, axis=1), max(1, round(fps / 4)), axis=1, mode="nearest"
+    )
+    brisk = np.nanquantile(
+        np.where(np.arange(speeds.shape[1]) <= last, even, np.nan), 0.75, axis=1, keepdims=True
+    )
     going = np.where(moving < 2, 0, (even > RESTING * brisk).argmax(axis=1))
     found: IntArray = np.maximum(going - round(LEAD_SECONDS * fps), 0)
     return found
 
 
 def shifted(frames: FloatArray, by: IntArray) -> FloatArray:
-    """Clips (N, T, ...) without their first `by` (N,) frames, as long as they were: their last frame is held."""
+    """Clips (N, T, ...) without their first `by` (N,) frames, as long as they were: their last
+    frame is held."""
     at = np.minimum(np.arange(frames.shape[1]) + by[:, None], frames.shape[1] - 1)
     moved: FloatArray = frames[np.arange(len(frames))[:, None], at]
     return moved

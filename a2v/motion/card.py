@@ -1,4 +1,5 @@
-"""What an exported motion model says of itself: the metadata of its ONNX file, read and checked once."""
+"""What an exported motion model says of itself: the metadata of its ONNX file, read and checked
+once."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ WINDOW_FORMAT = "a2v-flow/1"
 """Entry "format" of files that make whole windows."""
 
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
-"""Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H); its outputs are ``last_<name>``."""
+"""Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H);
+its outputs are ``last_<name>``."""
 
 _LARGEST_SIZE = 10_000
 """Of noise vectors and states; shipped models have 384 and 128."""
@@ -67,7 +69,8 @@ class ModelCard:
     latent_size : int
         Size Z of a noise vector.
     traits, descriptions : tuple of tuples of str
-        By action: what it shares with others ("coarse:Walk"), and what people said of its clips; empty where nothing is known.
+        By action: what it shares with others ("coarse:Walk"), and what people said of its clips;
+        empty where nothing is known.
     """
 
     dataset: str
@@ -90,7 +93,8 @@ class ModelCard:
 
     @functools.cached_property
     def rests_as_named(self) -> bool:
-        """Whether the rotations are those of `skeleton`; a user's own skeleton was learned with its own rest pose."""
+        """Whether the rotations are those of `skeleton`; a user's own skeleton was learned with its
+        own rest pose."""
         return bool(np.allclose(self.rest_directions, self.skeleton.rest_directions, atol=1e-6))
 
 
@@ -116,10 +120,11 @@ class WindowCard(ModelCard):
     window_frames, context_frames : int
         Frames W of a window, and P of the frames that it may go on from.
     active : tuple of arrays (n,) float64
-        By action: how much of a window each clip of the data moves before it ends, ascending, in [0, 1]; empty where the data
-        has no clip.
+        By action: how much of a window each clip of the data moves before it ends, ascending, in
+        [0, 1]; empty where the data has no clip.
     headings : tuple of arrays (n,) float64
-        By action: where the data's windows face at first, radians about +y from +z. Not empty for models whose windows all face +z.
+        By action: where the data's windows face at first, radians about +y from +z. Not empty for
+        models whose windows all face +z.
     steerable : bool
         Whether the graph takes constraints (`a2v.motion.steer`).
     """
@@ -137,7 +142,8 @@ def read_card(path: Path) -> StepCard | WindowCard:
     Raises
     ------
     InputError
-        The file is no motion model of a2v, or an entry is missing, of another kind, or out of range; the message names file and entry.
+        The file is no motion model of a2v, or an entry is missing, of another kind, or out of
+        range; the message names file and entry.
     """
     card = parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
     _check_graph(card, path)
@@ -145,7 +151,8 @@ def read_card(path: Path) -> StepCard | WindowCard:
 
 
 def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
-    """Demand that the graph takes and gives what the card says of it: each input, its type and its sizes beside clips and frames."""
+    """Demand that the graph takes and gives what the card says of it: each input, its type and its
+    sizes beside clips and frames."""
     joints = len(card.joint_names)
     body: dict[str, list[Any]] = {"bone_lengths": ["tensor(float)", 1, joints]}
     if isinstance(card, WindowCard):
@@ -171,8 +178,16 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
     for name in sorted({*inputs, *found}):
         wanted, given = inputs.get(name), found.get(name)
         # the card's second number says how many sizes are free: clips, and frames
-        if wanted is None or given is None or given[0] != wanted[0] or given[1 + wanted[1] :] != wanted[2:] or len(given) <= wanted[1]:
-            raise InputError(f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; {_AGAIN}")
+        if (
+            wanted is None
+            or given is None
+            or given[0] != wanted[0]
+            or given[1 + wanted[1] :] != wanted[2:]
+            or len(given) <= wanted[1]
+        ):
+            raise InputError(
+                f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; {_AGAIN}"
+            )
     if missing := set(outputs) - {item.name for item in session.get_outputs()}:
         raise InputError(f"{path}: its graph does not give '{min(missing)}'; {_AGAIN}")
 
@@ -228,7 +243,9 @@ def _common(entries: _Entries) -> dict[str, Any]:
         raise InputError(f"{entries.path}: {error}; {_AGAIN}") from None
     return {
         "dataset": entries.text("dataset"),
-        "dataset_digest": entries.text("dataset_digest") if "dataset_digest" in entries.entries else "",
+        "dataset_digest": entries.text("dataset_digest")
+        if "dataset_digest" in entries.entries
+        else "",
         "decoder": entries.text("decoder"),
         "licence": entries.text("licence"),
         "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
@@ -237,8 +254,12 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "frames": entries.integer("frames"),
         "joint_names": joints,
         "skeleton": skeleton,
-        "rest_directions": np.array([rest.numbers(name, length=3, low=-1.01, high=1.01) for name in rest.entries]),
-        "bone_lengths": entries.numbers("bone_lengths", length=len(joints), low=0, high=1e6).astype(np.float32),
+        "rest_directions": np.array(
+            [rest.numbers(name, length=3, low=-1.01, high=1.01) for name in rest.entries]
+        ),
+        "bone_lengths": entries.numbers("bone_lengths", length=len(joints), low=0, high=1e6).astype(
+            np.float32
+        ),
         "metres_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
         "native_signs": entries.signs("native_signs"),
         "latent_size": entries.integer("latent_size", high=_LARGEST_SIZE),
@@ -249,7 +270,8 @@ def _common(entries: _Entries) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Entries:
-    """Entries of a JSON object from outside, each checked as it is read; every method raises InputError that names file and entry."""
+    """Entries of a JSON object from outside, each checked as it is read; every method raises
+    InputError that names file and entry."""
 
     entries: Mapping[str, Any]
     path: Path
@@ -259,7 +281,9 @@ class _Entries:
             raise InputError(f"{self.path}: its description lacks '{name}', {wanted}; {_AGAIN}")
         value = self.entries[name]
         if not right(value):
-            raise InputError(f"{self.path}: '{name}' in its description is {reprlib.repr(value)}; expected {wanted}; {_AGAIN}")
+            raise InputError(
+                f"{self.path}: '{name}' in its description is {reprlib.repr(value)}; expected {wanted}; {_AGAIN}"
+            )
         return value
 
     def text(self, name: str) -> str:
@@ -268,35 +292,57 @@ class _Entries:
 
     def number(self, name: str, *, low: float, high: float) -> float:
         """A number from `low` to `high`."""
-        return float(self._checked(name, f"a number from {low:g} to {high:g}", lambda value: _is_number(value) and low <= value <= high))
+        return float(
+            self._checked(
+                name,
+                f"a number from {low:g} to {high:g}",
+                lambda value: _is_number(value) and low <= value <= high,
+            )
+        )
 
     def integer(self, name: str, *, high: int = MAX_FRAMES) -> int:
         """A whole number from 1 to `high`."""
         return int(
-            self._checked(name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0)
+            self._checked(
+                name,
+                f"a whole number from 1 to {high}",
+                lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0,
+            )
         )
 
     def flag(self, name: str) -> bool:
         """Yes or no; no where it is missing."""
-        return name in self.entries and bool(self._checked(name, "true or false", lambda value: isinstance(value, bool)))
+        return name in self.entries and bool(
+            self._checked(name, "true or false", lambda value: isinstance(value, bool))
+        )
 
     def texts(self, name: str, *, least: int = 1) -> tuple[str, ...]:
         """A list of different texts, at least `least`."""
 
         def right(value: Any) -> bool:
-            return isinstance(value, list) and all(isinstance(item, str) for item in value) and len(set(value)) == len(value) >= least
+            return (
+                isinstance(value, list)
+                and all(isinstance(item, str) for item in value)
+                and len(set(value)) == len(value) >= least
+            )
 
         return tuple(self._checked(name, "a list of different texts", right))
 
-    def numbers(self, name: str, *, low: float, high: float, length: int | None = None) -> FloatArray:
-        """A list of numbers (n,) float64 from `low` to `high`, `length` of them if that is given."""
+    def numbers(
+        self, name: str, *, low: float, high: float, length: int | None = None
+    ) -> FloatArray:
+        """A list of numbers (n,) float64 from `low` to `high`, `length` of them if that is
+        given."""
 
         def right(value: Any) -> bool:
             counted = isinstance(value, list) and length in (None, len(value))
             return counted and all(_is_number(item) and low <= item <= high for item in value)
 
         count = "a list of" if length is None else str(length)
-        return np.array(self._checked(name, f"{count} numbers from {low:g} to {high:g}", right), dtype=np.float64)
+        return np.array(
+            self._checked(name, f"{count} numbers from {low:g} to {high:g}", right),
+            dtype=np.float64,
+        )
 
     def signs(self, name: str) -> tuple[float, float, float]:
         """Three signs, 1 or -1."""
@@ -307,22 +353,36 @@ class _Entries:
         """A list of `length` whole numbers, -1 for none."""
 
         def right(value: Any) -> bool:
-            return isinstance(value, list) and len(value) == length and all(isinstance(item, int) and item >= -1 for item in value)
+            return (
+                isinstance(value, list)
+                and len(value) == length
+                and all(isinstance(item, int) and item >= -1 for item in value)
+            )
 
         return list(self._checked(name, f"{length} whole numbers from -1", right))
 
     def part(self, name: str) -> _Entries:
         """The entries of an inner object."""
-        return _Entries(self._checked(name, "an object", lambda value: isinstance(value, dict)), self.path)
+        return _Entries(
+            self._checked(name, "an object", lambda value: isinstance(value, dict)), self.path
+        )
 
     def items(self, name: str, *, length: int) -> _Entries:
         """The items of a list of `length` as entries ``name[0]``, ``name[1]``..."""
-        items = self._checked(name, f"a list of {length}", lambda value: isinstance(value, list) and len(value) == length)
+        items = self._checked(
+            name,
+            f"a list of {length}",
+            lambda value: isinstance(value, list) and len(value) == length,
+        )
         return _Entries({f"{name}[{index}]": item for index, item in enumerate(items)}, self.path)
 
 
 def _are_signs(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(_is_number(item) and abs(item) == 1 for item in value)
+    return (
+        isinstance(value, list)
+        and len(value) == 3
+        and all(_is_number(item) and abs(item) == 1 for item in value)
+    )
 
 
 def _is_number(value: Any) -> bool:

@@ -1,4 +1,5 @@
-"""Everything that can be asked for, and where it comes from: the shipped models and the library of clips behind one function.
+"""Everything that can be asked for, and where it comes from: the shipped models and the library of
+clips behind one function.
 
 `understand` takes words to typed steps, each with the source that makes it.
 """
@@ -10,6 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
@@ -21,7 +23,8 @@ from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
 from a2v.motion.vocabulary import other_names
 
 SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-fine")
-"""Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
+"""Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double
+speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
 
 LICENCES = ("any", "free")
 """What may be used: everything that ships, or only what is free for every use."""
@@ -34,14 +37,28 @@ THEMES = {
     "Climb": "steps and climbing",
 }  # fmt: skip
 """Of the papers' actions."""
-HUMANACT12_THEMES = {"walk": "walking", "run": "running", "jump": "jumping", "boxing": "fighting", "throw": "sports", "warm": "sports", "lift": "sports"}
+HUMANACT12_THEMES = {
+    "walk": "walking",
+    "run": "running",
+    "jump": "jumping",
+    "boxing": "fighting",
+    "throw": "sports",
+    "warm": "sports",
+    "lift": "sports",
+}
 """Of HumanAct12's actions, by the first word; all others are everyday."""
 
 SITTING = ("Sit down", "Sit", "Sit and talk")
 SEATED = {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}
 """Who sits does these so."""
 
-NAMES = {"cmu": "CMU motion capture, eight actions", "cmu-fine": "CMU motion capture", CLIPS: "hand-keyed clips", "humanact12": "HumanAct12", "humanact12-fine": "HumanAct12, fine"}
+NAMES = {
+    "cmu": "CMU motion capture, eight actions",
+    "cmu-fine": "CMU motion capture",
+    CLIPS: "hand-keyed clips",
+    "humanact12": "HumanAct12",
+    "humanact12-fine": "HumanAct12, fine",
+}
 """What sources are called."""
 
 
@@ -127,19 +144,33 @@ def catalog(licence: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog
         for entry in own:
             key = plain_name(entry.name)
             known = found.get(key)
-            found[key] = entry if known is None else dataclasses.replace(known, sources=(*known.sources, source))
+            found[key] = (
+                entry
+                if known is None
+                else dataclasses.replace(known, sources=(*known.sources, source))
+            )
     entries = tuple(found.values())
     names = [entry.name for entry in entries]
 
-    def joined(part: str) -> dict[str, object]:
-        return {action: value for words in reversed(vocabularies) for action, value in getattr(words, part).items() if action in names}
+    def joined(part: str) -> dict[str, Any]:
+        return {
+            action: value
+            for words in reversed(vocabularies)
+            for action, value in getattr(words, part).items()
+            if action in names
+        }
 
-    vocabulary = Vocabulary(tuple(names), joined("descriptions"), joined("kinds"), joined("traits"), other_names())  # type: ignore[arg-type]
+    vocabulary = Vocabulary(
+        tuple(names), joined("descriptions"), joined("kinds"), joined("traits"), other_names()
+    )
     return Catalog(entries, vocabulary)
 
 
-def understand(text: str, *, licence: str = "any", sources: Sequence[str] = SOURCES) -> Understanding:
-    """Words to steps of any source; where several make an action, one that makes other steps too is preferred.
+def understand(
+    text: str, *, licence: str = "any", sources: Sequence[str] = SOURCES
+) -> Understanding:
+    """Words to steps of any source; where several make an action, one that makes other steps too is
+    preferred.
 
     Parameters
     ----------
@@ -152,18 +183,25 @@ def understand(text: str, *, licence: str = "any", sources: Sequence[str] = SOUR
     Raises
     ------
     InputError
-        A part means no action; the message names it and the five nearest. Or the prompt has no part, or is too long.
+        A part means no action; the message names it and the five nearest. Or the prompt has no
+        part, or is too long.
     """
     known = catalog(licence, tuple(sources))
     steps, matches = parse_prompt(text, known.vocabulary)
     seated = _stay_seated([step.action for step in steps], known)
-    steps = [dataclasses.replace(step, action=action) for step, action in zip(steps, seated, strict=True)]
-    matches = [dataclasses.replace(match, action=action) for match, action in zip(matches, seated, strict=True)]
+    steps = [
+        dataclasses.replace(step, action=action) for step, action in zip(steps, seated, strict=True)
+    ]
+    matches = [
+        dataclasses.replace(match, action=action)
+        for match, action in zip(matches, seated, strict=True)
+    ]
     return Understanding(tuple(with_sources(steps, known)), tuple(matches))
 
 
 def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
-    """The actions of a prompt, those that can be done on a chair on the chair while somebody sits ("sit down, then talk")."""
+    """The actions of a prompt, those that can be done on a chair on the chair while somebody sits
+    ("sit down, then talk")."""
     names = {entry.name for entry in known.entries}
     found, sits = [], False
     for action in actions:
@@ -173,7 +211,8 @@ def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
 
 
 def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
-    """Steps with the source of each: of several that make it, the one that makes most of the steps."""
+    """Steps with the source of each: of several that make it, the one that makes most of the
+    steps."""
     counts = Counter(source for step in steps for source in known.entry(step.action).sources)
 
     def best(step: Step) -> str:
@@ -185,9 +224,14 @@ def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
 
 def _clip_entries() -> tuple[list[Entry], Vocabulary]:
     clips = clip_library().clips
-    entries = [Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, licence=CLIPS_LICENCE) for clip in clips]
+    entries = [
+        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, licence=CLIPS_LICENCE)
+        for clip in clips
+    ]
     words = Vocabulary(
-        tuple(clip.name for clip in clips), kinds={clip.name: clip.theme for clip in clips}, traits={clip.name: [clip.words] for clip in clips}
+        tuple(clip.name for clip in clips),
+        kinds={clip.name: clip.theme for clip in clips},
+        traits={clip.name: [clip.words] for clip in clips},
     )
     return entries, words
 
@@ -196,7 +240,10 @@ def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
     card = MotionModel.load(source).card
     words = Vocabulary.of(card)
     licence = "research only" if source in RESEARCH else "free"
-    return [Entry(name=name, sources=(source,), theme=_theme(card, words, name), licence=licence) for name in card.actions], words
+    return [
+        Entry(name=name, sources=(source,), theme=_theme(card, words, name), licence=licence)
+        for name in card.actions
+    ], words
 
 
 def _theme(card: ModelCard, words: Vocabulary, action: str) -> str:

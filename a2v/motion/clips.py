@@ -1,8 +1,11 @@
-"""Hand-keyed clips that are actions like those of the models: idle, talk, bow, sit down, backflip...
+"""Hand-keyed clips that are actions like those of the models: idle, talk, bow, sit down,
+backflip...
 
-``clips.csv`` names them and says how they play, ``a2v/weights/clips.npz`` holds their joints with fingers (``scripts/make_clips.py`` makes it). They are CC0:
-Quaternius' Universal Animation Library (30 frames a second) and Mesh2Motion's animations (24). Another seed plays a clip in another way: its tempo is warped,
-its sides are exchanged where that is as good, and the upper body moves a little more or less.
+``clips.csv`` names them and says how they play, ``a2v/weights/clips.npz`` holds their joints with
+fingers (``scripts/make_clips.py`` makes it). They are CC0: Quaternius' Universal Animation Library
+(30 frames a second) and Mesh2Motion's animations (24). Another seed plays a clip in another way:
+its tempo is warped, its sides are exchanged where that is as good, and the upper body moves a
+little more or less.
 """
 
 from __future__ import annotations
@@ -68,7 +71,8 @@ class Clip:
         As its author named it.
     theme : str
     plays : "loop", "repeat" or "once"
-        A cycle; something that is done again and again where there is time; something that is held at its end.
+        A cycle; something that is done again and again where there is time; something that is held
+        at its end.
     mirrors : bool
         Whether it is as good with left and right exchanged.
     air : bool
@@ -146,9 +150,13 @@ def clip_library() -> ClipLibrary:
         rows = {row["file"]: row for row in csv.DictReader(stream)}
     steps = held["steps"].transpose(2, 0, 1)
     parts = np.split(steps, np.cumsum(held["frames"])[:-1])
-    joints = tuple(np.cumsum(part, axis=0, dtype=np.int64).astype(np.float64) * STEP for part in parts)
+    joints = tuple(
+        np.cumsum(part, axis=0, dtype=np.int64).astype(np.float64) * STEP for part in parts
+    )
     clips = []
-    for file, fps, pace in zip(held["files"].tolist(), held["fps"].tolist(), held["pace"].tolist(), strict=True):
+    for file, fps, pace in zip(
+        held["files"].tolist(), held["fps"].tolist(), held["pace"].tolist(), strict=True
+    ):
         row = rows[file]
         clips.append(
             Clip(
@@ -157,11 +165,15 @@ def clip_library() -> ClipLibrary:
             )
         )  # fmt: skip
     offsets = held["rest_offsets"].astype(np.float64)
-    skeleton = skeleton_from_parents(held["parents"].tolist(), held["joint_names"].tolist(), offsets, name="custom")
+    skeleton = skeleton_from_parents(
+        held["parents"].tolist(), held["joint_names"].tolist(), offsets, name="custom"
+    )
     return ClipLibrary(tuple(clips), joints, skeleton, offsets)
 
 
-def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed: int = 0, cycles: int = 0) -> Motion:
+def play_clip(
+    action: str, *, frames: int, fps: float, speed: float = 1.0, seed: int = 0, cycles: int = 0
+) -> Motion:
     """A clip as long as it is asked for: cycles go on, others are repeated or held at their end.
 
     Parameters
@@ -172,7 +184,8 @@ def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed:
     speed : float
         1 as keyed, 2 twice as fast.
     cycles : int
-        With a number the frames are so many whole cycles, whatever the tempo, and the last leads to the first.
+        With a number the frames are so many whole cycles, whatever the tempo, and the last leads to
+        the first.
     seed : int
         0 plays the clip as it is keyed; others vary tempo, side and how far the upper body moves.
 
@@ -190,7 +203,12 @@ def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed:
     index, skeleton = library.index(action), library.skeleton
     clip, keyed = library.clips[index], library.joints[index]
     draw = np.random.default_rng([seed, zlib.crc32(clip.file.encode())])
-    tempo, phase, mirrored, amplitude = draw.normal() * TEMPO / 2, draw.random(), draw.random() < 0.5, draw.uniform(*AMPLITUDE)
+    tempo, phase, mirrored, amplitude = (
+        draw.normal() * TEMPO / 2,
+        draw.random(),
+        draw.random() < 0.5,
+        draw.uniform(*AMPLITUDE),
+    )
     warp = WARP
     if seed == 0:
         tempo, phase, mirrored, amplitude, warp = 0.0, 0.0, False, 1.0, 0.0
@@ -205,7 +223,9 @@ def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed:
     if clip.plays == "loop":
         at = at + phase * length
     moved = at - (at[0] if len(at) else 0.0)
-    at = at + warp * length / (2 * np.pi) * (np.sin(2 * np.pi * (at / length + phase)) - np.sin(2 * np.pi * (at[0] / length + phase)))
+    at = at + warp * length / (2 * np.pi) * (
+        np.sin(2 * np.pi * (at / length + phase)) - np.sin(2 * np.pi * (at[0] / length + phase))
+    )
     joints = _sampled(keyed, at, skeleton, library.lengths, around=clip.plays != "once")
     joints[..., 2] += (moved / clip.fps * clip.pace)[:, None]
     played = Motion(
@@ -218,30 +238,52 @@ def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed:
         action=clip.name,
         seed=seed,
         rest_offsets=library.rest_offsets,
-        provenance={"clip": clip.file, "author": clip.author, "licence": LICENCE, "model_digest": file_digest(LIBRARY), "seed": seed, "told": [True], "air": [clip.air]},
+        provenance={
+            "clip": clip.file,
+            "author": clip.author,
+            "licence": LICENCE,
+            "model_digest": file_digest(LIBRARY),
+            "seed": seed,
+            "told": [True],
+            "air": [clip.air],
+        },
     )
     return mirror_motion(played) if mirrored and clip.mirrors else played
 
 
-def _sampled(keyed: FloatArray, at: FloatArray, skeleton: Skeleton, lengths: FloatArray, *, around: bool) -> FloatArray:
-    """Joints (T, J, 3) at the frames `at` (T,) of a clip (K, J, 3), `around` again and again; bones keep their `lengths` (J,)."""
+def _sampled(
+    keyed: FloatArray, at: FloatArray, skeleton: Skeleton, lengths: FloatArray, *, around: bool
+) -> FloatArray:
+    """Joints (T, J, 3) at the frames `at` (T,) of a clip (K, J, 3), `around` again and again; bones
+    keep their `lengths` (J,)."""
     count = len(keyed)
     low = np.floor(at).astype(np.int64)
     share: FloatArray = (at - low)[:, None, None]
-    one, two = (low % count, (low + 1) % count) if around else (np.clip(low, 0, count - 1), np.clip(low + 1, 0, count - 1))
+    one, two = (
+        (low % count, (low + 1) % count)
+        if around
+        else (np.clip(low, 0, count - 1), np.clip(low + 1, 0, count - 1))
+    )
     return on_lengths(keyed[one] + share * (keyed[two] - keyed[one]), skeleton, lengths)
 
 
 def _varied(keyed: FloatArray, skeleton: Skeleton, amplitude: float) -> FloatArray:
-    """A clip (K, J, 3) whose trunk, head and arms move `amplitude` times as far from their mean pose; as it is where hands come near the ground."""
+    """A clip (K, J, 3) whose trunk, head and arms move `amplitude` times as far from their mean
+    pose; as it is where hands come near the ground."""
     names = skeleton.joint_names
     if keyed[:, [names.index("hand_l"), names.index("hand_r")], 1].min() < HANDS_FREE:
         return keyed
-    legs = [index for index, name in enumerate(names) if name.startswith(("pelvis", "thigh", "calf", "foot", "ball"))]
+    legs = [
+        index
+        for index, name in enumerate(names)
+        if name.startswith(("pelvis", "thigh", "calf", "foot", "ball"))
+    ]
     vectors = bone_vectors(keyed, skeleton)
     mean = vectors.mean(axis=0)
     changed = mean + amplitude * (vectors - mean)
-    changed *= np.linalg.norm(vectors, axis=-1, keepdims=True) / np.maximum(np.linalg.norm(changed, axis=-1, keepdims=True), 1e-9)
+    changed *= np.linalg.norm(vectors, axis=-1, keepdims=True) / np.maximum(
+        np.linalg.norm(changed, axis=-1, keepdims=True), 1e-9
+    )
     changed[:, legs] = vectors[:, legs]
     varied: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, changed) + keyed[:, :1]
     return varied
@@ -254,4 +296,3 @@ def _closed(keyed: FloatArray, fps: float) -> FloatArray:
     closed = keyed.copy()
     closed[-fade:] += weight * (keyed[:1] - closed[-1:])
     return closed
-

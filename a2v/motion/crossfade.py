@@ -1,4 +1,5 @@
-"""Going over from one clip to another: directions of bones and steps of the root are mixed for a moment."""
+"""Going over from one clip to another: directions of bones and steps of the root are mixed for a
+moment."""
 
 from __future__ import annotations
 
@@ -16,11 +17,15 @@ def lowest(joints: FloatArray) -> FloatArray:
     return found
 
 
-def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton, lift: FloatArray) -> FloatArray:
-    """Clips `after` (N, T, J, 3) float32 that go on from `before` (N, S, J, 3): there, that way round, and from its poses into their own.
+def crossfade(
+    before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton, lift: FloatArray
+) -> FloatArray:
+    """Clips `after` (N, T, J, 3) float32 that go on from `before` (N, S, J, 3): there, that way
+    round, and from its poses into their own.
 
-    Directions of bones and steps of the root are mixed while the clips before would go on as `ahead` (N, F, J, 3); bones keep the
-    lengths of `after`, whose heights are theirs and `lift` (N,): what brings the lowest joint of both to the same height.
+    Directions of bones and steps of the root are mixed while the clips before would go on as
+    `ahead` (N, F, J, 3); bones keep the lengths of `after`, whose heights are theirs and `lift`
+    (N,): what brings the lowest joint of both to the same height.
     """
     fade, last = ahead.shape[1], before[:, -1].astype(np.float64)
     yaw = heading(last, skeleton) - heading(after[:, 0].astype(np.float64), skeleton)
@@ -36,6 +41,8 @@ def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton
     vectors, old = bone_vectors(new, skeleton), bone_vectors(ahead.astype(np.float64), skeleton)
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     mixed = (1 - weight[..., None]) * old + weight[..., None] * vectors[:, :fade]
-    vectors[:, :fade] = mixed * lengths[:, :fade] / np.maximum(np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-9)
+    vectors[:, :fade] = (
+        mixed * lengths[:, :fade] / np.maximum(np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-9)
+    )
     joints = np.einsum("jb,ntbx->ntjx", skeleton.path_matrix, vectors) + root[:, :, None]
     return np.asarray(joints, np.float32)

@@ -1,4 +1,5 @@
-"""One clip as the commands, the pipeline and the notebooks ask for it: actions in turn, directed where something is asked for, on the ground, edited."""
+"""One clip as the commands, the pipeline and the notebooks ask for it: actions in turn, directed
+where something is asked for, on the ground, edited."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ MIN_PACE = 0.05
 MAX_PACE = 20.0
 """Metres a second along a path: nobody runs faster."""
 SLIDES_ALONG = 0.5
-"""Metres a second that a standing foot may slide for each of the body's, before it is held: feet of people who run round a bend slide with them."""
+"""Metres a second that a standing foot may slide for each of the body's, before it is held: feet of
+people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4
 """Over which a clip goes from the ground to the height of a pose that is given, and back."""
 
@@ -43,7 +45,8 @@ def make_motion(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the ground (`settled`) with feet that stand (`planted`), then `edited`.
+    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the
+    ground (`settled`) with feet that stand (`planted`), then `edited`.
 
     What is not directed begins where people get going, unlike recordings (`a2v.motion.beginnings`).
 
@@ -69,21 +72,34 @@ def make_motion(
     if direction is None:
         made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
-        made = planted(settled(made, model.card, actions), _skeleton(made), settings=planting(model.card, actions))
+        made = planted(
+            settled(made, model.card, actions),
+            _skeleton(made),
+            settings=planting(model.card, actions),
+        )
         return edited(_rising(made, model, steps), after)
     check_directed(model, steps, direction, count=take.count)
     made = _directed(model, steps, direction, take, speed=edit.speed)
     return edited(_rising(made, model, steps), after)
 
 
-def _figure(model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float) -> Motion | None:
-    """Clips of the one action that is named after its path (`a2v.motion.figures`), along that path; None for all others."""
-    if len(steps) != 1 or steps[0].action not in NATURAL_SECONDS or not isinstance(model.sampler, WindowSampler):
+def _figure(
+    model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float
+) -> Motion | None:
+    """Clips of the one action that is named after its path (`a2v.motion.figures`), along that path;
+    None for all others."""
+    if (
+        len(steps) != 1
+        or steps[0].action not in NATURAL_SECONDS
+        or not isinstance(model.sampler, WindowSampler)
+    ):
         return None
     if not model.sampler.card.steerable:
         return None
     step = steps[0]
-    frames = step.frames or (take.frames if step.seconds is None else max(1, round(step.seconds * take.fps)))
+    frames = step.frames or (
+        take.frames if step.seconds is None else max(1, round(step.seconds * take.fps))
+    )
     pace, seconds = natural_speed(model, step.action), frames / take.fps * speed * step.speed
     path = natural_path(step.action, seconds=seconds, pace=pace, fps=model.fps)
     clips = []
@@ -97,32 +113,55 @@ def _figure(model: MotionModel, steps: Sequence[Step], take: Take, *, speed: flo
 def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion:
     """The motion, saying which of its actions go up (`a2v.animation.retarget.has_steps`)."""
     found = [rises(model.card, step.action) for step in steps]
-    return dataclasses.replace(motion, provenance={**motion.provenance, "rises": found}) if any(found) else motion
+    return (
+        dataclasses.replace(motion, provenance={**motion.provenance, "rises": found})
+        if any(found)
+        else motion
+    )
 
 
 def on_feet(motion: Motion, model: MotionModel) -> Motion:
-    """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses that were given stay as they are."""
+    """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses
+    that were given stay as they are."""
     actions = motion.action.replace("|", ",").split(",")
     known = [name for name in actions if name in model.actions]
-    return planted(motion, _skeleton(motion), settings=planting(model.card, known), kept=range(motion.given_frames or 0))
+    return planted(
+        motion,
+        _skeleton(motion),
+        settings=planting(model.card, known),
+        kept=range(motion.given_frames or 0),
+    )
 
 
 def _skeleton(motion: Motion) -> Skeleton:
     return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
-def _directed(model: MotionModel, steps: Sequence[Step], direction: Direction, take: Take, *, speed: float) -> Motion:
+def _directed(
+    model: MotionModel, steps: Sequence[Step], direction: Direction, take: Take, *, speed: float
+) -> Motion:
     assert isinstance(model.sampler, WindowSampler)
     way, pace, facts = None, 0.0, {}
     if direction.path is not None:
         way, pace = _way(model, steps[0].action, direction)
-        frames = int((len(way.points) - 1) / (model.fps * speed * steps[0].speed) * take.fps + 1e-6) + 1
-        steps, take = [dataclasses.replace(steps[0], frames=frames, seconds=None)], dataclasses.replace(take, frames=frames)
+        frames = (
+            int((len(way.points) - 1) / (model.fps * speed * steps[0].speed) * take.fps + 1e-6) + 1
+        )
+        steps, take = (
+            [dataclasses.replace(steps[0], frames=frames, seconds=None)],
+            dataclasses.replace(take, frames=frames),
+        )
         facts = {"path": np.asarray(direction.path.points).round(4).tolist(), "pace": pace}
     reader = model.sampler.reader(model.bone_lengths if take.lengths is None else take.lengths)
 
     def steerer(moments: Moments) -> DirectionSteerer:
-        return DirectionSteerer(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
+        return DirectionSteerer(
+            direction=_timed(direction, moments.seconds),
+            reader=reader,
+            fps=model.fps,
+            frame_of=moments.frame_of,
+            way=way,
+        )
 
     made = perform(model, steps, take, speed=speed, steerer=steerer)
     skeleton = _skeleton(made)
@@ -130,28 +169,45 @@ def _directed(model: MotionModel, steps: Sequence[Step], direction: Direction, t
     kept = [round(key.time * take.fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)
     facts |= {"keyframes": [key.time for key in timed.keyframes]} if timed.keyframes else {}
-    settings = dataclasses.replace(planting(model.card, [step.action for step in steps]), carry=0.0, share=SLIDES_ALONG)
-    made = hold_limbs(planted(made, skeleton, settings=settings, kept=kept), skeleton, direction.holds)
+    settings = dataclasses.replace(
+        planting(model.card, [step.action for step in steps]), carry=0.0, share=SLIDES_ALONG
+    )
+    made = hold_limbs(
+        planted(made, skeleton, settings=settings, kept=kept), skeleton, direction.holds
+    )
     return dataclasses.replace(made, provenance={**made.provenance, **facts})
 
 
-def _on_ground(motion: Motion, model: MotionModel, steps: Sequence[Step], *, kept: Sequence[int]) -> Motion:
-    """A directed clip on the ground; poses that are given, at the frames `kept`, stay as high as they are."""
+def _on_ground(
+    motion: Motion, model: MotionModel, steps: Sequence[Step], *, kept: Sequence[int]
+) -> Motion:
+    """A directed clip on the ground; poses that are given, at the frames `kept`, stay as high as
+    they are."""
     actions = [step.action for step in steps]
     if not kept:
         off = ground_offset(motion.joints[None])[0] * np.array([0, 1, 0], np.float32)
-        return settled(dataclasses.replace(motion, joints=motion.joints - off, root=motion.root - off[0]), model.card, actions)
+        return settled(
+            dataclasses.replace(motion, joints=motion.joints - off, root=motion.root - off[0]),
+            model.card,
+            actions,
+        )
     fixed = np.zeros(motion.frames, bool)
     fixed[list(kept)] = True
     return settled(motion, model.card, actions, kept=near(fixed, KEPT_SECONDS * motion.fps))
 
 
 def _timed(direction: Direction, seconds: float) -> Direction:
-    """The direction with the times of its keyframes from the beginning of a motion that lasts `seconds`, in order."""
-    keys = [dataclasses.replace(key, time=seconds - key.time, to_end=False) if key.to_end else key for key in direction.keyframes]
+    """The direction with the times of its keyframes from the beginning of a motion that lasts
+    `seconds`, in order."""
+    keys = [
+        dataclasses.replace(key, time=seconds - key.time, to_end=False) if key.to_end else key
+        for key in direction.keyframes
+    ]
     for key in keys:
         if not -1e-6 <= key.time <= seconds + 1e-6:
-            raise InputError(f"a keyframe is at {key.time:g} s, and the motion lasts {seconds:g} s; ask for more --seconds")
+            raise InputError(
+                f"a keyframe is at {key.time:g} s, and the motion lasts {seconds:g} s; ask for more --seconds"
+            )
     return dataclasses.replace(direction, keyframes=tuple(sorted(keys, key=lambda key: key.time)))
 
 
@@ -161,7 +217,9 @@ def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, fl
     if direction.pace is not None and not MIN_PACE <= pace <= MAX_PACE:
         raise InputError(f"pace is {pace:g} m a second; expected {MIN_PACE:g} to {MAX_PACE:g}")
     if not pace >= MIN_PACE:
-        raise InputError(f"'{action}' goes {pace:.2f} m a second; a path needs an action that travels, or a pace")
+        raise InputError(
+            f"'{action}' goes {pace:.2f} m a second; a path needs an action that travels, or a pace"
+        )
     return way_along(direction.path, pace=pace, fps=model.fps), pace
 
 
@@ -177,20 +235,27 @@ def natural_speed(model: MotionModel, action: str) -> float:
     return float(np.median(steps) / apart * model.fps)
 
 
-def check_directed(model: MotionModel, steps: Sequence[Step], direction: Direction, *, count: int = 1) -> None:
+def check_directed(
+    model: MotionModel, steps: Sequence[Step], direction: Direction, *, count: int = 1
+) -> None:
     """Refuse a direction for what cannot go along it, before anything long runs.
 
     Raises
     ------
     InputError
-        The model cannot be directed, it has no joint of a name, there are several steps along a path, or several clips are asked for.
+        The model cannot be directed, it has no joint of a name, there are several steps along a
+        path, or several clips are asked for.
     """
     sampler = model.sampler
     if not isinstance(sampler, WindowSampler) or not sampler.card.steerable:
-        raise InputError(f"{model.path.name} cannot be directed; choose a model that can, such as cmu-fine")
+        raise InputError(
+            f"{model.path.name} cannot be directed; choose a model that can, such as cmu-fine"
+        )
     if direction.path is not None and len(steps) != 1:
         raise InputError("a path is walked by one action; give one --action")
     if count != 1:
-        raise InputError(f"count is {count}, and a directed motion is one clip; another --seed makes it in another way")
+        raise InputError(
+            f"count is {count}, and a directed motion is one clip; another --seed makes it in another way"
+        )
     for hold in direction.holds:
         model.skeleton.index(hold.joint)

@@ -1,7 +1,9 @@
-"""How the windows of a motion are steered (`a2v.motion.steer`) to what it is asked for (`a2v.motion.direction`).
+"""How the windows of a motion are steered (`a2v.motion.steer`) to what it is asked for
+(`a2v.motion.direction`).
 
-Paths and headings are asked for softly, now and then; keyframes exactly: what a window misses of them is given back to its constraints, and
-the window made again. A hand that is held is asked for by the bones of an arm that reaches it.
+Paths and headings are asked for softly, now and then; keyframes exactly: what a window misses of
+them is given back to its constraints, and the window made again. A hand that is held is asked for
+by the bones of an arm that reaches it.
 """
 
 from __future__ import annotations
@@ -37,12 +39,14 @@ HELD_SECONDS = 0.25
 PASSES = 4
 """How often a window is made whose constraints are exact."""
 CALM_FRAMES = 12
-"""Frames between the beginning of a window's own frames and what is asked for exactly: there the window still leads over from the one before."""
+"""Frames between the beginning of a window's own frames and what is asked for exactly: there the
+window still leads over from the one before."""
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None where what is missed is not given back."""
+    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None where what
+    is missed is not given back."""
 
     constraint: SoftConstraint
     seen: Callable[[FloatArray], FloatArray] | None = None
@@ -73,7 +77,10 @@ class DirectionSteerer:
     _keys: list[tuple[float, Keyframe]] = field(init=False)
 
     def __post_init__(self) -> None:
-        self._keys = sorted(((self.frame_of(key.time), key) for key in self.direction.keyframes), key=lambda pair: pair[0])
+        self._keys = sorted(
+            ((self.frame_of(key.time), key) for key in self.direction.keyframes),
+            key=lambda pair: pair[0],
+        )
         self.start = self._start()
 
     def _start(self) -> tuple[FloatArray, float]:
@@ -111,16 +118,20 @@ class DirectionSteerer:
         return moved.astype(np.float32)
 
     def until(self, first: int, end: int) -> int:
-        """See `Steerer`: a window ends early where the next one would have to meet a keyframe too soon."""
+        """See `Steerer`: a window ends early where the next one would have to meet a keyframe too
+        soon."""
         soon = [frame for frame, _ in self._keys if end <= frame < end + CALM_FRAMES]
         early = int(soon[0]) - CALM_FRAMES if soon else end
         return early if early >= first + CALM_FRAMES else end
 
-    def window(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float) -> Generator[Steering | None, FloatArray, None]:
+    def window(
+        self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
+    ) -> Generator[Steering | None, FloatArray, None]:
         """See `Steerer`."""
         back = yaw_to_rotmat(np.array(-yaw))
         soft = self._soft(first, taken, place, yaw)
-        # what leads over from the window before is not in the code: where a window is no longer than that, it is given back as well
+        # what leads over from the window before is not in the code: where a window is no longer
+        # than that, it is given back as well
         again = soft if 0 < taken[0] >= taken[1] - CALM_FRAMES else []
         made: FloatArray | None = None
         missed: dict[int, FloatArray] = {}
@@ -134,13 +145,18 @@ class DirectionSteerer:
                 if made is not None and item.seen is not None and (again or number >= len(soft)):
                     off = item.constraint.value - item.seen((made - place) @ back.T).ravel()
                     missed[number] = missed[number] + off if number in missed else off
-            given = [missed.get(number, np.zeros(len(item.constraint.value))) for number, item in enumerate(wanted)]
+            given = [
+                missed.get(number, np.zeros(len(item.constraint.value)))
+                for number, item in enumerate(wanted)
+            ]
             made = yield steer([item.constraint for item in wanted], np.concatenate(given))
             place = made[0, 0]
             if not exact and turn >= bool(again):
                 return
 
-    def _soft(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float) -> list[_Asked]:
+    def _soft(
+        self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
+    ) -> list[_Asked]:
         """The path and the heading, every `ASK_SECONDS` up to the last frame that is taken."""
         begin, end = taken
         every = max(1, round(ASK_SECONDS * self.fps))
@@ -151,18 +167,36 @@ class DirectionSteerer:
         constraints: list[_Asked] = []
         if self.way is not None:
             constraints.append(
-                self._placed(asked, between_frames(self.way.points, np.minimum(at, len(self.way.points) - 1)), place, yaw, PATH_SIGMA)
+                self._placed(
+                    asked,
+                    between_frames(self.way.points, np.minimum(at, len(self.way.points) - 1)),
+                    place,
+                    yaw,
+                    PATH_SIGMA,
+                )
             )
         elif towards := self._towards(first + end - 1, place, first):
-            constraints.append(self._placed(asked[-1:], np.array([towards]), place, yaw, PATH_SIGMA))
+            constraints.append(
+                self._placed(asked[-1:], np.array([towards]), place, yaw, PATH_SIGMA)
+            )
         if self.direction.heading is not None:
-            constraints.append(self._faced(asked, np.full(len(asked), self.direction.heading), yaw, SIDE_SIGMA))
+            constraints.append(
+                self._faced(asked, np.full(len(asked), self.direction.heading), yaw, SIDE_SIGMA)
+            )
         elif self.way is not None:
-            constraints.append(self._faced(asked, between_frames(self.way.heading, np.minimum(at, len(self.way.heading) - 1)), yaw, SIDE_SIGMA))
+            constraints.append(
+                self._faced(
+                    asked,
+                    between_frames(self.way.heading, np.minimum(at, len(self.way.heading) - 1)),
+                    yaw,
+                    SIDE_SIGMA,
+                )
+            )
         return constraints
 
     def _towards(self, frame: int, place: FloatArray, first: int) -> tuple[float, float] | None:
-        """Where the root should be at `frame` on the straight way to the next place that is given later; None without one."""
+        """Where the root should be at `frame` on the straight way to the next place that is given
+        later; None without one."""
         for later, key in self._keys:
             goal = key.at if key.joints is None else tuple(key.joints[0, [0, 2]])
             if later > frame and goal is not None:
@@ -171,7 +205,14 @@ class DirectionSteerer:
                 return float(x), float(z)
         return None
 
-    def _exact(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float, made: FloatArray | None) -> list[_Asked]:
+    def _exact(
+        self,
+        first: int,
+        taken: tuple[int, int],
+        place: FloatArray,
+        yaw: float,
+        made: FloatArray | None,
+    ) -> list[_Asked]:
         """Keyframes and held joints within the window's own frames."""
         begin, end = taken
         found: list[_Asked] = []
@@ -189,15 +230,23 @@ class DirectionSteerer:
                 found.append(self._faced(local, np.array([key.heading]), yaw, POSE_SIGMA))
         every = max(1, round(HELD_SECONDS * self.fps))
         for hold in self.direction.holds:
-            frames = np.arange(max(self.frame_of(hold.start) - first, begin), min(self.frame_of(hold.end) - first, end - 1) + 1e-6, every)
+            frames = np.arange(
+                max(self.frame_of(hold.start) - first, begin),
+                min(self.frame_of(hold.end) - first, end - 1) + 1e-6,
+                every,
+            )
             if len(frames):
                 found.append(self._held(hold, frames, place, yaw, made))
         return found
 
-    def _placed(self, frames: FloatArray, points: FloatArray, place: FloatArray, yaw: float, sigma: float) -> _Asked:
+    def _placed(
+        self, frames: FloatArray, points: FloatArray, place: FloatArray, yaw: float, sigma: float
+    ) -> _Asked:
         """The root over `points` (F, 2) of the ground."""
         rows, offset = self.reader.root(frames)
-        level = np.stack([points[:, 0] - place[0], np.zeros(len(points)), points[:, 1] - place[2]], axis=-1)
+        level = np.stack(
+            [points[:, 0] - place[0], np.zeros(len(points)), points[:, 1] - place[2]], axis=-1
+        )
         value = level @ yaw_to_rotmat(np.array(-yaw)).T
         return _Asked(
             SoftConstraint.of(rows[:, [0, 2]], offset[:, [0, 2]], value[:, [0, 2]], sigma),
@@ -214,9 +263,13 @@ class DirectionSteerer:
         width = float(self.reader.lengths[[left, right]].sum())
         away = headings - yaw
         side = np.stack([np.cos(away), -np.sin(away)], axis=-1) * width
-        rows, offset = rows[:, 0, [0, 2]] - rows[:, 1, [0, 2]], offset[:, 0, [0, 2]] - offset[:, 1, [0, 2]]
+        rows, offset = (
+            rows[:, 0, [0, 2]] - rows[:, 1, [0, 2]],
+            offset[:, 0, [0, 2]] - offset[:, 1, [0, 2]],
+        )
         return _Asked(
-            SoftConstraint.of(rows, offset, side, sigma), lambda joints: between_frames(joints[:, left] - joints[:, right], frames)[:, [0, 2]]
+            SoftConstraint.of(rows, offset, side, sigma),
+            lambda joints: between_frames(joints[:, left] - joints[:, right], frames)[:, [0, 2]],
         )
 
     def _posed(self, frames: FloatArray, joints: FloatArray) -> Sequence[_Asked]:
@@ -225,17 +278,28 @@ class DirectionSteerer:
 
         def bones(poses: FloatArray) -> FloatArray:
             vectors = poses[..., 1:, :] - poses[..., parents, :]
-            unit: FloatArray = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+            unit: FloatArray = vectors / np.maximum(
+                np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9
+            )
             return unit
 
         root, bone = self.reader.root(frames), self.reader.directions(frames)
         return (
-            _Asked(SoftConstraint.of(*root, joints[None, 0], PLACE_SIGMA), lambda made: between_frames(made[:, 0], frames)),
-            _Asked(SoftConstraint.of(*bone, bones(joints)[None], POSE_SIGMA), lambda made: between_frames(bones(made), frames)),
+            _Asked(
+                SoftConstraint.of(*root, joints[None, 0], PLACE_SIGMA),
+                lambda made: between_frames(made[:, 0], frames),
+            ),
+            _Asked(
+                SoftConstraint.of(*bone, bones(joints)[None], POSE_SIGMA),
+                lambda made: between_frames(bones(made), frames),
+            ),
         )
 
-    def _held(self, hold: Hold, frames: FloatArray, place: FloatArray, yaw: float, made: FloatArray | None) -> _Asked:
-        """A joint in its place; once there is a window, by the directions of a limb that reaches it."""
+    def _held(
+        self, hold: Hold, frames: FloatArray, place: FloatArray, yaw: float, made: FloatArray | None
+    ) -> _Asked:
+        """A joint in its place; once there is a window, by the directions of a limb that reaches
+        it."""
         skeleton, back = self.reader.skeleton, yaw_to_rotmat(np.array(-yaw))
         joint = skeleton.index(hold.joint)
         limb = limb_of(skeleton, joint)
@@ -243,15 +307,26 @@ class DirectionSteerer:
         if not hold.body:  # the root comes near as well
             to, from_ = self.reader.root(frames)
             value = np.broadcast_to((np.array(hold.at) - place) @ back.T, offset.shape)
-            return _Asked(SoftConstraint.of(rows + to, offset + from_, value, PLACE_SIGMA), lambda joints: between_frames(joints[:, joint], frames))
+            return _Asked(
+                SoftConstraint.of(rows + to, offset + from_, value, PLACE_SIGMA),
+                lambda joints: between_frames(joints[:, joint], frames),
+            )
         if made is None or limb is None:
-            turned = np.zeros(len(frames)) if made is None else between_frames(np.unwrap(heading(made, skeleton)), frames) - yaw
+            turned = (
+                np.zeros(len(frames))
+                if made is None
+                else between_frames(np.unwrap(heading(made, skeleton)), frames) - yaw
+            )
             value = np.einsum("fab,b->fa", yaw_to_rotmat(turned), np.array(hold.at))
             return _Asked(SoftConstraint.of(rows, offset, value, HELD_SIGMA))
         now = between_frames(made, frames)
         top, middle, end = (now[:, part] for part in limb)
-        new_middle, new_end = bend_to(top, middle, end, held_at(hold, now, skeleton) - now[:, joint] + end)
+        new_middle, new_end = bend_to(
+            top, middle, end, held_at(hold, now, skeleton) - now[:, joint] + end
+        )
         bones = np.stack([new_middle - top, new_end - new_middle], axis=1) @ back.T
         unit = bones / np.maximum(np.linalg.norm(bones, axis=-1, keepdims=True), 1e-9)
-        rows, offset = (part[:, [limb[1] - 1, limb[2] - 1]] for part in self.reader.directions(frames))
+        rows, offset = (
+            part[:, [limb[1] - 1, limb[2] - 1]] for part in self.reader.directions(frames)
+        )
         return _Asked(SoftConstraint.of(rows, offset, unit, HELD_SIGMA))

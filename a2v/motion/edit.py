@@ -1,7 +1,8 @@
-"""What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a root that carries the travel.
+"""What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a
+root that carries the travel.
 
-All work on the path over the ground (`ground_trajectory`): where the root is and which way the person faces, with and without the sway that
-belongs to a step.
+All work on the path over the ground (`ground_trajectory`): where the root is and which way the
+person faces, with and without the sway that belongs to a step.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ AIR_SECONDS = 0.7
 STEP_SECONDS = 0.4
 """The same between two steps of a run."""
 TOE_SECONDS = 0.3
-"""The same where a foot always is on the ground: as long as a step, or what is taken off shakes the body with each of them."""
+"""The same where a foot always is on the ground: as long as a step, or what is taken off shakes the
+body with each of them."""
 
 MOST_APART = 0.03
 """Metres by which the floors of two feet may lie apart and be one ground still."""
@@ -100,12 +102,15 @@ def edited(motion: Motion, edit: Edit) -> Motion:
 def _standing(loop: Motion) -> Motion:
     """A cycle whose feet stand: the middle one of three rounds, so that it closes."""
     rounds = repeat_loop(loop, 3)
-    joints = plant_feet(rounds.joints, _skeleton(loop), loop.fps, settings=PlantSettings(settled=False))[loop.frames : 2 * loop.frames]
+    joints = plant_feet(
+        rounds.joints, _skeleton(loop), loop.fps, settings=PlantSettings(settled=False)
+    )[loop.frames : 2 * loop.frames]
     return _from_joints(loop, joints.astype(np.float64))
 
 
 def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
-    """The clip without its travel and its turning; the sway of hips and shoulders stays. A `loop` stays one.
+    """The clip without its travel and its turning; the sway of hips and shoulders stays. A `loop`
+    stays one.
 
     Raises
     ------
@@ -116,7 +121,10 @@ def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
     away = np.linalg.inv((path if loop else path.smooth(motion.fps)).transforms())
     if loop:
         steps = _steps(path)
-        away = _closed_walk(steps - _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)).transforms() @ away
+        away = (
+            _closed_walk(steps - _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)).transforms()
+            @ away
+        )
     return _moved(motion, away)
 
 
@@ -132,7 +140,9 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
     local = _transformed(np.linalg.inv(path.transforms()), loop.joints.astype(np.float64))
     walked = _walk(np.tile(_steps(path), (rounds, 1)))
     begin = path.transforms()[0]
-    return _from_joints(loop, _transformed(begin @ walked.transforms(), np.tile(local, (rounds, 1, 1))))
+    return _from_joints(
+        loop, _transformed(begin @ walked.transforms(), np.tile(local, (rounds, 1, 1)))
+    )
 
 
 def rises(card: ModelCard, action: str) -> bool:
@@ -153,37 +163,50 @@ def air_seconds(card: ModelCard, action: str) -> float:
 
 
 def planting(card: ModelCard, actions: Iterable[str]) -> PlantSettings:
-    """How the feet of a generated clip of these actions are planted: not on one level where one of them goes up."""
+    """How the feet of a generated clip of these actions are planted: not on one level where one of
+    them goes up."""
     return PlantSettings(settled=not any(rises(card, name) for name in actions))
 
 
-def settled(motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None) -> Motion:
-    """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as it is where one of them goes up."""
+def settled(
+    motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None
+) -> Motion:
+    """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as
+    it is where one of them goes up."""
     names = tuple(actions)
     if any(rises(card, name) for name in names):
         return motion
     return settle(motion, seconds=max(air_seconds(card, name) for name in names), kept=kept)
 
 
-def settle(motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None) -> Motion:
-    """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of all for `seconds` is taken off.
+def settle(
+    motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None
+) -> Motion:
+    """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of
+    all for `seconds` is taken off.
 
-    Models know the root's height only through the code of a whole window, so that clips rise by decimetres. Not for stairs and ladders.
-    With `kept` (T,), how much of each frame stays at its height, in [0, 1], the ground is at 0.
+    Models know the root's height only through the code of a whole window, so that clips rise by
+    decimetres. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
+    height, in [0, 1], the ground is at 0.
     """
     lowest = _lowest(motion)
     width = max(1, round(seconds * motion.fps))
-    floor = gaussian_filter1d(minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest")
+    floor = gaussian_filter1d(
+        minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest"
+    )
     off = np.zeros((*lowest.shape, 3), np.float32)
     if kept is None:
         off[..., 1] = np.minimum(floor, lowest) - lowest.min(axis=-1, keepdims=True)
     else:
         off[..., 1] = np.minimum(floor, lowest) * (1 - kept)
-    return dataclasses.replace(motion, joints=motion.joints - off[..., None, :], root=motion.root - off)
+    return dataclasses.replace(
+        motion, joints=motion.joints - off[..., None, :], root=motion.root - off
+    )
 
 
 def _lowest(motion: Motion) -> FloatArray:
-    """Height (..., T) of the lowest joint, each foot over its own floor: one that stands a little higher is no step up."""
+    """Height (..., T) of the lowest joint, each foot over its own floor: one that stands a little
+    higher is no step up."""
     heights = motion.joints[..., 1].astype(np.float64)
     legs = legs_of(_skeleton(motion))
     for pair in zip(*(leg[2:] for leg in legs), strict=True) if len(legs) == 2 else ():
@@ -204,7 +227,9 @@ def mirror_motion(motion: Motion) -> Motion:
     """
     twin = _twins(motion)
     joints = motion.joints[..., twin, :].astype(np.float64) * (-1, 1, 1)
-    return dataclasses.replace(_from_joints(motion, joints), expressions=other_side(motion.expressions))
+    return dataclasses.replace(
+        _from_joints(motion, joints), expressions=other_side(motion.expressions)
+    )
 
 
 def change_speed(motion: Motion, speed: float) -> Motion:
@@ -246,11 +271,15 @@ def check_speed(speed: float) -> None:
         raise InputError(f"speed is {speed:g}; expected .1 to 10 times the recorded one")
 
 
-def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS) -> Motion:
-    """A seamless cycle out of the clip: its frames follow one another, and the first follows the last.
+def make_loop(
+    motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS
+) -> Motion:
+    """A seamless cycle out of the clip: its frames follow one another, and the first follows the
+    last.
 
-    The two moments are sought that are most alike in pose and velocity, wherever on the ground they are; towards the second, the
-    clip fades into what led to the first. A cycle that travels goes on from where it ends, in the direction that it ends in.
+    The two moments are sought that are most alike in pose and velocity, wherever on the ground they
+    are; towards the second, the clip fades into what led to the first. A cycle that travels goes on
+    from where it ends, in the direction that it ends in.
 
     Parameters
     ----------
@@ -266,7 +295,10 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     InputError
         The clip is too short, or its skeleton does not say where its hips and shoulders are.
     """
-    fade, least = max(2, round(FADE_SECONDS * motion.fps)), max(4, round(least_seconds * motion.fps))
+    fade, least = (
+        max(2, round(FADE_SECONDS * motion.fps)),
+        max(4, round(least_seconds * motion.fps)),
+    )
     if motion.frames < fade + least + 2:
         raise InputError(
             f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes {fade + least + 2} or more (ask for --seconds 5)"
@@ -288,19 +320,31 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     walked = _walk(steps)
     lengths = np.median(bone_lengths(local, skeleton), axis=0)
     root = np.stack([np.zeros(len(inner)), height, np.zeros(len(inner))], axis=-1)
-    joints = forward_kinematics(quat_to_rotvec(turned), root, np.tile(lengths, (len(inner), 1)), skeleton)
-    loop = dataclasses.replace(_from_joints(motion, _transformed(walked.transforms(), joints)), action_starts=None)
+    joints = forward_kinematics(
+        quat_to_rotvec(turned), root, np.tile(lengths, (len(inner), 1)), skeleton
+    )
+    loop = dataclasses.replace(
+        _from_joints(motion, _transformed(walked.transforms(), joints)), action_starts=None
+    )
     return put_in_place(loop, loop=True) if in_place else loop
 
 
-def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int) -> tuple[int, int]:
-    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity and travel.
+def _closest_moments(
+    local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int
+) -> tuple[int, int]:
+    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity
+    and travel.
 
-    Where nothing is thrown about is better than in the middle of a leap. Nothing is as much like itself as somebody who stands: a cycle moves nearly as much as the clip does where it moves.
+    Where nothing is thrown about is better than in the middle of a leap. Nothing is as much like
+    itself as somebody who stands: a cycle moves nearly as much as the clip does where it moves.
     """
     pose = local.reshape(len(local), -1)
     velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)
-    travel = np.gradient(np.cumsum(steps, axis=0), axis=0) * (fps * VELOCITY_SECONDS) * np.sqrt(local.shape[1])
+    travel = (
+        np.gradient(np.cumsum(steps, axis=0), axis=0)
+        * (fps * VELOCITY_SECONDS)
+        * np.sqrt(local.shape[1])
+    )
     features = np.concatenate([pose, velocity, travel], axis=1)
     squares = (features**2).sum(1)
     cost = squares[:, None] + squares[None] - 2 * features @ features.T
@@ -312,30 +356,42 @@ def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int
     speed = np.linalg.norm(velocity, axis=1) + np.linalg.norm(travel, axis=1)
     passed = np.concatenate([[0.0], np.cumsum(speed)])[: len(local)]
     mean = (passed[None] - passed[:, None]) / np.maximum(frames[None] - frames[:, None], 1)
-    wanted = min(LIVELY * float(np.quantile(speed, 0.75)), 0.9 * float(mean[np.isfinite(cost)].max()))
+    wanted = min(
+        LIVELY * float(np.quantile(speed, 0.75)), 0.9 * float(mean[np.isfinite(cost)].max())
+    )
     cost = np.where(mean >= wanted, cost, np.inf)
     start, end = np.unravel_index(int(np.argmin(cost)), cost.shape)
     return int(start), int(end)
 
 
 def _steps(path: GroundTrajectory) -> FloatArray:
-    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (metres) and turn (radians)."""
+    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (metres)
+    and turn (radians)."""
     moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
     turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])
     cos, sin = np.cos(path.heading), np.sin(path.heading)
-    return np.stack([cos * moved[:, 0] - sin * moved[:, 1], sin * moved[:, 0] + cos * moved[:, 1], turned], axis=-1)
+    return np.stack(
+        [cos * moved[:, 0] - sin * moved[:, 1], sin * moved[:, 0] + cos * moved[:, 1], turned],
+        axis=-1,
+    )
 
 
 def _walk(steps: FloatArray) -> GroundTrajectory:
-    """The path that starts at the origin, ahead along +z, and takes `steps` (T, 3); the inverse of `_steps`."""
+    """The path that starts at the origin, ahead along +z, and takes `steps` (T, 3); the inverse of
+    `_steps`."""
     heading = np.concatenate([[0.0], np.cumsum(steps[:-1, 2])])
     cos, sin = np.cos(heading), np.sin(heading)
-    moved = np.stack([cos * steps[:, 0] + sin * steps[:, 1], -sin * steps[:, 0] + cos * steps[:, 1]], axis=-1)
-    return GroundTrajectory(np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading)
+    moved = np.stack(
+        [cos * steps[:, 0] + sin * steps[:, 1], -sin * steps[:, 0] + cos * steps[:, 1]], axis=-1
+    )
+    return GroundTrajectory(
+        np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading
+    )
 
 
 def _closed_walk(steps: FloatArray) -> GroundTrajectory:
-    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends where it starts: sideways steps of somebody who sways don't add up to none."""
+    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends where it starts:
+    sideways steps of somebody who sways don't add up to none."""
     walked = _walk(np.concatenate([steps, np.zeros((1, 3))]))
     drift = np.linspace(0, 1, len(steps) + 1)[:, None] * walked.position[-1]
     return GroundTrajectory((walked.position - drift)[:-1], walked.heading[:-1])
@@ -361,7 +417,9 @@ def _blend(one: FloatArray, other: FloatArray, weight: FloatArray) -> FloatArray
 
 def _transformed(transforms: FloatArray, points: FloatArray) -> FloatArray:
     """Points (T, J, 3) under one transform (T, 4, 4) a frame."""
-    moved: FloatArray = points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
+    moved: FloatArray = (
+        points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
+    )
     return moved
 
 
@@ -373,7 +431,10 @@ def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
     """`motion` with other joints (..., T, J, 3)."""
     rotations = inverse_kinematics(joints, _skeleton(motion))
     return dataclasses.replace(
-        motion, joints=joints.astype(np.float32), rotations=rotations.astype(np.float32), root=joints[..., 0, :].astype(np.float32)
+        motion,
+        joints=joints.astype(np.float32),
+        rotations=rotations.astype(np.float32),
+        root=joints[..., 0, :].astype(np.float32),
     )
 
 
@@ -391,6 +452,8 @@ def _twins(motion: Motion) -> IntArray:
         if side:
             other = ("right" if side == "left" else "left", base)
             if other not in whole:
-                raise InputError(f"joint '{motion.joint_names[index]}' has no twin on the other side; the clip cannot be mirrored")
+                raise InputError(
+                    f"joint '{motion.joint_names[index]}' has no twin on the other side; the clip cannot be mirrored"
+                )
             twin[index] = whole.index(other)
     return twin

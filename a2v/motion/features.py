@@ -10,10 +10,11 @@ ROOT_WEIGHT = 3.0
 
 
 def window_features(joints: Array, skeleton: Skeleton) -> Array:
-    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the origin, for numpy and torch.
+    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the
+    origin, for numpy and torch.
 
-    The first 3 are the weighted root, the others the unit directions of the bones, which leaves bone lengths out;
-    a bone of zero length has the direction zero.
+    The first 3 are the weighted root, the others the unit directions of the bones, which leaves
+    bone lengths out; a bone of zero length has the direction zero.
     """
     xp = namespace(joints)
     vectors = bone_vectors(joints, skeleton)[..., 1:, :]

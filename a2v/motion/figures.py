@@ -1,7 +1,8 @@
 """Actions that are named after the path that they walk.
 
-The model learned them from windows of a few seconds. It walks curves, but it does not know where the figure as a whole closes. Such an action is therefore
-sampled along its path, as if the user had given that path.
+The model learned them from windows of a few seconds. It walks curves, but it does not know where
+the figure as a whole closes. Such an action is therefore sampled along its path, as if the user had
+given that path.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from a2v.motion.ways import GroundPath, way_along
 
 FIGURE_EIGHT = "Walk a figure eight"
 NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
-"""Seconds that each of these actions takes where no length is given: a figure with circles of about 1.5 m."""
+"""Seconds that each of these actions takes where no length is given: a figure with circles of about
+1.5 m."""
 
 LEAST_RADIUS = 0.55
 """Metres. A tighter circle makes people step sideways."""

@@ -35,12 +35,16 @@ _HELD = re.compile(
 )
 
 
-def read_keyframes(source: str | Path, model: MotionModel, *, fps: float) -> tuple[list[Keyframe], list[Hold]]:
+def read_keyframes(
+    source: str | Path, model: MotionModel, *, fps: float
+) -> tuple[list[Keyframe], list[Hold]]:
     """The keyframes and held joints of a YAML file, for a result of `fps` frames a second.
 
-    It is a list of ``{time: 2, file: x.bvh, pose: 12}``, a pose of a motion file where it is there, or moved ``at: [x, z]`` and to a ``heading``
-    in degrees; ``{time: 2, at: [x, z], heading: 90}``, a place or a heading or both; ``{joint: left_wrist, at: [x, y, z], from: 1, to: 2}``, a
-    joint that is held there, or at ``body: [left, up, ahead]`` of the root. ``frame`` may stand for ``time``; files are looked for beside this one.
+    It is a list of ``{time: 2, file: x.bvh, pose: 12}``, a pose of a motion file where it is there,
+    or moved ``at: [x, z]`` and to a ``heading`` in degrees; ``{time: 2, at: [x, z], heading: 90}``,
+    a place or a heading or both; ``{joint: left_wrist, at: [x, y, z], from: 1, to: 2}``, a joint
+    that is held there, or at ``body: [left, up, ahead]`` of the root. ``frame`` may stand for
+    ``time``; files are looked for beside this one.
 
     Raises
     ------
@@ -51,7 +55,9 @@ def read_keyframes(source: str | Path, model: MotionModel, *, fps: float) -> tup
     expected = "a YAML list of entries such as {time: 2, file: walk.npz, pose: 12}"
     content = parse_yaml(data, source, "list of keyframes", expected)
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
-        raise InputError(f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected {expected}")
+        raise InputError(
+            f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected {expected}"
+        )
     keys: list[Keyframe] = []
     holds: list[Hold] = []
     for number, entry in enumerate(content, 1):
@@ -61,23 +67,43 @@ def read_keyframes(source: str | Path, model: MotionModel, *, fps: float) -> tup
             place = "body" if "body" in entry else "at"
             at = _vector(entry.get(place), 3, f"{place} of {where}")
             start, end = (_number(entry.get(name), f"{name} of {where}") for name in ("from", "to"))
-            holds.append(Hold(joint=str(entry["joint"]), start=start, end=end, at=(at[0], at[1], at[2]), body=place == "body"))
+            holds.append(
+                Hold(
+                    joint=str(entry["joint"]),
+                    start=start,
+                    end=end,
+                    at=(at[0], at[1], at[2]),
+                    body=place == "body",
+                )
+            )
             continue
-        time = _number(entry["time"], f"time of {where}") if "time" in entry else _number(entry.get("frame"), f"frame of {where}") / fps
+        time = (
+            _number(entry["time"], f"time of {where}")
+            if "time" in entry
+            else _number(entry.get("frame"), f"frame of {where}") / fps
+        )
         to = _vector(entry["at"], 2, f"at of {where}") if "at" in entry else None
-        turn = np.radians(_number(entry["heading"], f"heading of {where}")) if "heading" in entry else None
+        turn = (
+            np.radians(_number(entry["heading"], f"heading of {where}"))
+            if "heading" in entry
+            else None
+        )
         key = Keyframe(time=_checked(time), at=None if to is None else (to[0], to[1]), heading=turn)
         if kind == "pose":
             file = Path(source).parent / str(entry["file"])
-            key = placed(read_poses(f"{file}#{entry.get('pose', 0)}", model)[0][1], key, model.skeleton)
+            key = placed(
+                read_poses(f"{file}#{entry.get('pose', 0)}", model)[0][1], key, model.skeleton
+            )
         keys.append(key)
     return keys, holds
 
 
 def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
-    """Poses (J, 3) of "FILE", its first, "FILE#12", the one of that number, or "FILE#8-15", on the model's skeleton, and seconds from the first.
+    """Poses (J, 3) of "FILE", its first, "FILE#12", the one of that number, or "FILE#8-15", on the
+    model's skeleton, and seconds from the first.
 
-    The ground is the lowest joint of the file's clip; bones are the model's, and the root is as much lower as its legs are shorter.
+    The ground is the lowest joint of the file's clip; bones are the model's, and the root is as
+    much lower as its legs are shorter.
 
     Raises
     ------
@@ -92,7 +118,9 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     motion = read_motion(file)
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
-        raise InputError(f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than {MAX_POSES} of them")
+        raise InputError(
+            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than {MAX_POSES} of them"
+        )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.metres_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
     joints[..., 1] -= joints[..., 1].min()
@@ -101,7 +129,10 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     smaller = float(leg_length(own, skeleton) / leg_length(np.median(size, axis=0), skeleton))
     bones = vectors / np.maximum(size, 1e-9)[..., None] * own[:, None]
     root = joints[:, 0] * (1, smaller, 1)
-    poses = np.einsum("jb,tbx->tjx", skeleton.path_matrix, bones)[first : last + 1] + root[first : last + 1, None]
+    poses = (
+        np.einsum("jb,tbx->tjx", skeleton.path_matrix, bones)[first : last + 1]
+        + root[first : last + 1, None]
+    )
     return [((number - first) / motion.fps, pose) for number, pose in enumerate(poses, first)]
 
 
@@ -117,7 +148,8 @@ def placed(pose: FloatArray, key: Keyframe, skeleton: Skeleton) -> Keyframe:
 
 
 def read_holds(text: str) -> list[Hold]:
-    """Held joints out of "left_wrist 0.3,1.4,0.4 from 1 to 2; head body 0,0.6,0.1 from 0 to 3": metres, seconds.
+    """Held joints out of "left_wrist 0.3,1.4,0.4 from 1 to 2; head body 0,0.6,0.1 from 0 to 3":
+    metres, seconds.
 
     Raises
     ------
@@ -128,10 +160,18 @@ def read_holds(text: str) -> list[Hold]:
     for part in filter(None, (part.strip() for part in text.split(";"))):
         found = _HELD.fullmatch(part)
         if found is None:
-            raise InputError(f"{brief(part)} holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or JOINT body x,y,z from ...")
+            raise InputError(
+                f"{brief(part)} holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or JOINT body x,y,z from ..."
+            )
         x, y, z = (float(number) for number in found["at"].split(","))
         holds.append(
-            Hold(joint=found["joint"], start=float(found["start"]), end=float(found["end"]), at=(x, y, z), body=bool(found["body"]))
+            Hold(
+                joint=found["joint"],
+                start=float(found["start"]),
+                end=float(found["end"]),
+                at=(x, y, z),
+                body=bool(found["body"]),
+            )
         )
     return holds
 
@@ -142,9 +182,13 @@ def _kind(entry: object, where: str) -> str:
     kind = "hold" if "joint" in entry else "pose" if "file" in entry else "place"
     known = _ENTRIES[kind]
     if unknown := [name for name in entry if name not in known]:
-        raise InputError(f"{where} has the unknown entry {brief(unknown[0])}; expected {', '.join(sorted(known))}")
+        raise InputError(
+            f"{where} has the unknown entry {brief(unknown[0])}; expected {', '.join(sorted(known))}"
+        )
     if kind == "place" and not {"at", "heading"} & set(entry):
-        raise InputError(f"{where} asks for nothing; expected a file, a place (at), a heading or a joint")
+        raise InputError(
+            f"{where} asks for nothing; expected a file, a place (at), a heading or a joint"
+        )
     return kind
 
 

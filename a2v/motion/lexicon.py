@@ -1,6 +1,7 @@
 """Words of prompts in a common form: stems, synonyms, spelling, and what kind of word it is.
 
-``synonyms.csv`` is curated; ``words.txt.gz`` and ``senses.csv`` come out of WordNet 3.0 (``scripts/make_word_tables.py``).
+``synonyms.csv`` is curated; ``words.txt.gz`` and ``senses.csv`` come out of WordNet 3.0
+(``scripts/make_word_tables.py``).
 """
 
 from __future__ import annotations
@@ -30,18 +31,114 @@ STOPWORDS = frozenset(
     ["a", "an", "the", "this", "that", "some", "any", "someone", "somebody", "something", "anything", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "i", "me", "my", "you", "your", "we", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "himself", "herself", "itself", "one", "is", "are", "be", "being", "am", "was", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "wants", "need", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little", "there", "here", "first", "finally", "next", "later", "show", "shows", "try", "tries", "but", "possible", "again", "feel", "feels", "feeling", "two", "three", "four", "five", "six", "ten", "twice", "once", "times", "more", "when", "who", "which", "what", "how", "everybody", "nobody", "thing", "stuff", "normally", "normal", "guys", "dude", "lady", "character", "avatar", "video", "motion", "animation", "movement", "action", "scene"]
 )  # fmt: skip
 
-WEIGHTS = {"v": 0.9, "n": 0.9, "m": 0.7, "o": 0.4, "j": 0.2, "r": 0.12, "c": 0.06, "x": 1.5, "": 0.9}
-"""What a word that no action has counts against all of them, by its class (see ``words.txt.gz``); "" for what is no word."""
-PARTICLES = frozenset(["up", "down", "around", "out", "off", "away", "over", "about", "back", "take", "give", "hand", "hands", "both", "righthand", "lefthand", "still", "start", "begin"])
+WEIGHTS = {
+    "v": 0.9,
+    "n": 0.9,
+    "m": 0.7,
+    "o": 0.4,
+    "j": 0.2,
+    "r": 0.12,
+    "c": 0.06,
+    "x": 1.5,
+    "": 0.9,
+}
+"""What a word that no action has counts against all of them, by its class (see ``words.txt.gz``);
+"" for what is no word."""
+PARTICLES = frozenset(
+    [
+        "up",
+        "down",
+        "around",
+        "out",
+        "off",
+        "away",
+        "over",
+        "about",
+        "back",
+        "take",
+        "give",
+        "hand",
+        "hands",
+        "both",
+        "righthand",
+        "lefthand",
+        "still",
+        "start",
+        "begin",
+    ]
+)
 PARTICLE = 0.2
 """Most that one of `PARTICLES` weighs: actions are said with and without them."""
 HEAD = 1.4
 """How much more the first verb of a part counts."""
 PLACED = 0.15
-"""Share of its weight that a thing has which is only where something takes place ("through the park")."""
-PLACES = frozenset(["on", "after", "before", "during", "until", "in", "at", "through", "to", "into", "along", "past", "towards", "toward", "from", "near", "around", "behind", "across", "down", "up", "under", "inside", "outside", "for", "by", "beside"])
-DETERMINERS = frozenset(["a", "an", "the", "this", "that", "some", "my", "your", "his", "her", "their", "its", "one", "two"])
-LIKE = frozenset(["like", "as", "be", "act", "imitate", "being", "pretend", "play", "acts", "acting", "is", "become"])
+"""Share of its weight that a thing has which is only where something takes place ("through the
+park")."""
+PLACES = frozenset(
+    [
+        "on",
+        "after",
+        "before",
+        "during",
+        "until",
+        "in",
+        "at",
+        "through",
+        "to",
+        "into",
+        "along",
+        "past",
+        "towards",
+        "toward",
+        "from",
+        "near",
+        "around",
+        "behind",
+        "across",
+        "down",
+        "up",
+        "under",
+        "inside",
+        "outside",
+        "for",
+        "by",
+        "beside",
+    ]
+)
+DETERMINERS = frozenset(
+    [
+        "a",
+        "an",
+        "the",
+        "this",
+        "that",
+        "some",
+        "my",
+        "your",
+        "his",
+        "her",
+        "their",
+        "its",
+        "one",
+        "two",
+    ]
+)
+LIKE = frozenset(
+    [
+        "like",
+        "as",
+        "be",
+        "act",
+        "imitate",
+        "being",
+        "pretend",
+        "play",
+        "acts",
+        "acting",
+        "is",
+        "become",
+    ]
+)
 RELATIONS = {"same": 0.95, "kind": 0.8}
 """How sure a word of ``senses.csv`` means what stands there."""
 MENDED = 0.9
@@ -115,7 +212,11 @@ def _canonical(words: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
                 at += size
                 break
         else:
-            if at + 1 < len(roots) and "_".join(roots[at : at + 2]) in dictionary() and words[at + 1] not in PARTICLES:
+            if (
+                at + 1 < len(roots)
+                and "_".join(roots[at : at + 2]) in dictionary()
+                and words[at + 1] not in PARTICLES
+            ):
                 found.append(("_".join(roots[at : at + 2]), (at, at + 2)))
                 at += 1
             elif words[at] not in STOPWORDS and roots[at] not in _stopped():
@@ -125,7 +226,8 @@ def _canonical(words: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
 
 
 def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
-    """The words of a part of a prompt as the stems of a `vocabulary`, misspelt ones mended, and what the others count.
+    """The words of a part of a prompt as the stems of a `vocabulary`, misspelt ones mended, and
+    what the others count.
 
     Where a word is not the vocabulary's, what it is a kind of may be (``senses.csv``).
     """
@@ -146,22 +248,38 @@ def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
         if kind in ("o", "c", "n") and placed:
             weight *= PLACED
         headed = headed or (stem in vocabulary and "v" in dictionary().get(stem, ""))
-        found.append(Word(stem, " ".join(given[begin:end]), sure, weight, placed, _leads(words, begin)))
+        found.append(
+            Word(stem, " ".join(given[begin:end]), sure, weight, placed, _leads(words, begin))
+        )
     return found
 
 
 def _class_of(words: Sequence[str], at: int, stem: str) -> str:
-    """The class of a word where it stands: what follows an article is no verb, what ends in -ing or begins a prompt is one if it can."""
+    """The class of a word where it stands: what follows an article is no verb, what ends in -ing or
+    begins a prompt is one if it can."""
     kinds = dictionary().get(stem, "")
     if "v" in kinds and kinds != "v":
         before = words[at - 1] if at else ""
         rest = kinds.replace("v", "")
-        if before in DETERMINERS or before in PLACES or "j" in dictionary().get(root(before), "")[:1]:
+        if (
+            before in DETERMINERS
+            or before in PLACES
+            or "j" in dictionary().get(root(before), "")[:1]
+        ):
             return rest[0]
         after = words[at + 1] if at + 1 < len(words) else ""
-        if at == 0 and after not in STOPWORDS and after not in PARTICLES and "v" in dictionary().get(root(after), ""):
+        if (
+            at == 0
+            and after not in STOPWORDS
+            and after not in PARTICLES
+            and "v" in dictionary().get(root(after), "")
+        ):
             return rest[0]  # "shadow boxing"
-        if words[at].endswith("ing") or at == 0 or before in ("to", "and", "then", "he", "she", "they", "you", "i"):
+        if (
+            words[at].endswith("ing")
+            or at == 0
+            or before in ("to", "and", "then", "he", "she", "they", "you", "i")
+        ):
             return "v"
     return kinds[:1]
 
@@ -177,7 +295,8 @@ def _placed(words: Sequence[str], at: int) -> bool:
 
 
 def _leads(words: Sequence[str], at: int) -> bool:
-    """Whether a word is at the beginning, but for articles and adjectives, or comes after "like"."""
+    """Whether a word is at the beginning, but for articles and adjectives, or comes after
+    "like"."""
     for word in reversed(words[:at]):
         if word in LIKE:
             return True
@@ -194,9 +313,18 @@ def _mended(word: str, known: tuple[str, ...]) -> str:
 
 
 def mended(word: str, vocabulary: Collection[str]) -> str:
-    """A word that is none as the nearest of the vocabulary, one slip away (two in long words); others as they are."""
+    """A word that is none as the nearest of the vocabulary, one slip away (two in long words);
+    others as they are."""
     stem = root(word)
-    if len(word) < LEAST_MENDED or not word.isalpha() or len(word) > 24 or stem in vocabulary or stem in dictionary() or word in STOPWORDS or stem in _phrase_words():
+    if (
+        len(word) < LEAST_MENDED
+        or not word.isalpha()
+        or len(word) > 24
+        or stem in vocabulary
+        or stem in dictionary()
+        or word in STOPWORDS
+        or stem in _phrase_words()
+    ):
         return word
     near = _mended(word, _mendable(tuple(vocabulary)))
     return near if near != word else _mended(stem, _mendable(tuple(vocabulary)))
@@ -204,16 +332,27 @@ def mended(word: str, vocabulary: Collection[str]) -> str:
 
 @lru_cache(maxsize=8)
 def _mendable(vocabulary: tuple[str, ...]) -> tuple[str, ...]:
-    ended = {stem + end for stem in vocabulary if len(stem) >= LEAST_MENDED - 1 for end in ("", "ing", "s")} | {stem + stem[-1:] + "ing" for stem in vocabulary if 2 < len(stem) < 6}
+    ended = {
+        stem + end
+        for stem in vocabulary
+        if len(stem) >= LEAST_MENDED - 1
+        for end in ("", "ing", "s")
+    } | {stem + stem[-1:] + "ing" for stem in vocabulary if 2 < len(stem) < 6}
     return tuple(sorted(ended | {word for word in _phrase_words() if len(word) >= LEAST_MENDED}))
 
 
 @cache
 def synonyms() -> tuple[dict[tuple[str, ...], list[str]], int]:
-    """Stems of a phrase to the stems that it means ("=cheer": that very word, no other of its stem); and the longest phrase."""
+    """Stems of a phrase to the stems that it means ("=cheer": that very word, no other of its
+    stem); and the longest phrase."""
     with SYNONYMS.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    table = {tuple(word if word.startswith("=") else root(word) for word in row["words"].split()): [root(word) for word in row["means"].split()] for row in rows}
+    table = {
+        tuple(word if word.startswith("=") else root(word) for word in row["words"].split()): [
+            root(word) for word in row["means"].split()
+        ]
+        for row in rows
+    }
     return table, max(map(len, table))
 
 
@@ -233,7 +372,10 @@ def dictionary() -> dict[str, str]:
 def senses() -> dict[str, tuple[str, float]]:
     """Stems to a stem of which they are a kind, and how sure that is."""
     with SENSES.open(newline="", encoding="utf-8") as stream:
-        return {root(row["word"]): (root(row["means"]), RELATIONS[row["relation"]]) for row in csv.DictReader(stream)}
+        return {
+            root(row["word"]): (root(row["means"]), RELATIONS[row["relation"]])
+            for row in csv.DictReader(stream)
+        }
 
 
 @cache

@@ -1,6 +1,8 @@
-"""Limbs of plain joints that reach for a place: feet that stand still, hands that are held. Knees and elbows give way.
+"""Limbs of plain joints that reach for a place: feet that stand still, hands that are held. Knees
+and elbows give way.
 
-On a person's rig feet are cleaned with heels, toes and soles (`a2v.animation.grounding`); here a foot is an ankle and a toe.
+On a person's rig feet are cleaned with heels, toes and soles (`a2v.animation.grounding`); here a
+foot is an ankle and a toe.
 """
 
 from __future__ import annotations
@@ -22,8 +24,11 @@ EASE_SECONDS = 0.3
 """Over which a limb goes to where it is held, and from there."""
 
 
-def planted(motion: Motion, skeleton: Skeleton, *, settings: PlantSettings = PLANT, kept: Sequence[int] = ()) -> Motion:
-    """A clip or batch whose standing feet stay where they are (`a2v.kinematics.planting`); the frames `kept` keep their poses."""
+def planted(
+    motion: Motion, skeleton: Skeleton, *, settings: PlantSettings = PLANT, kept: Sequence[int] = ()
+) -> Motion:
+    """A clip or batch whose standing feet stay where they are (`a2v.kinematics.planting`); the
+    frames `kept` keep their poses."""
     stays = None
     if len(kept):
         fixed = np.zeros(motion.frames, bool)
@@ -31,20 +36,29 @@ def planted(motion: Motion, skeleton: Skeleton, *, settings: PlantSettings = PLA
         stays = near(fixed, EASE_SECONDS * motion.fps)
     joints = plant_feet(motion.joints, skeleton, motion.fps, settings=settings, stays=stays)
     return dataclasses.replace(
-        motion, joints=joints, rotations=inverse_kinematics(joints, skeleton).astype(np.float32), root=joints[..., 0, :]
+        motion,
+        joints=joints,
+        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
+        root=joints[..., 0, :],
     )
 
 
 def hold_limbs(motion: Motion, skeleton: Skeleton, holds: Sequence[Hold]) -> Motion:
-    """A clip whose held hands and feet are where they shall be, as far as limbs reach; they get there and leave within `EASE_SECONDS`."""
+    """A clip whose held hands and feet are where they shall be, as far as limbs reach; they get
+    there and leave within `EASE_SECONDS`."""
     joints = motion.joints.astype(np.float64)
     times = np.arange(len(joints)) / motion.fps
     for hold in holds:
         joint = skeleton.index(hold.joint)
-        limb, on = limb_of(skeleton, joint), (times >= hold.start - 1e-6) & (times <= hold.end + 1e-6)
+        limb, on = (
+            limb_of(skeleton, joint),
+            (times >= hold.start - 1e-6) & (times <= hold.end + 1e-6),
+        )
         if limb is not None and on.any():
             weight = near(on, EASE_SECONDS * motion.fps)[:, None]
-            _reach(joints, limb, joint, weight * (held_at(hold, joints, skeleton) - joints[:, joint]))
+            _reach(
+                joints, limb, joint, weight * (held_at(hold, joints, skeleton) - joints[:, joint])
+            )
     return _with_joints(motion, joints, skeleton)
 
 
@@ -52,14 +66,18 @@ def held_at(hold: Hold, joints: FloatArray, skeleton: Skeleton) -> FloatArray:
     """Where a held joint shall be (T, 3) in frames with `joints` (T, J, 3)."""
     if not hold.body:
         return np.broadcast_to(np.array(hold.at, np.float64), joints[:, 0].shape)
-    placed: FloatArray = joints[:, 0] + yaw_to_rotmat(heading(joints, skeleton)) @ np.array(hold.at, np.float64)
+    placed: FloatArray = joints[:, 0] + yaw_to_rotmat(heading(joints, skeleton)) @ np.array(
+        hold.at, np.float64
+    )
     return placed
 
 
 def _reach(joints: FloatArray, limb: tuple[int, int, int], joint: int, move: FloatArray) -> None:
     """Move the end of a limb, and what hangs on it, by `move` (T, 3), in place."""
     top, middle, end = limb
-    new_middle, new_end = bend_to(joints[:, top], joints[:, middle], joints[:, end], joints[:, end] + move)
+    new_middle, new_end = bend_to(
+        joints[:, top], joints[:, middle], joints[:, end], joints[:, end] + move
+    )
     if joint != end:
         joints[:, joint] += new_end - joints[:, end]
     joints[:, middle], joints[:, end] = new_middle, new_end

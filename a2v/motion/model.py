@@ -15,7 +15,14 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
-from a2v.motion.placement import leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
+from a2v.motion.placement import (
+    leg_length,
+    level_floor,
+    place_on_ground,
+    scale_bones,
+    scale_path,
+    to_native,
+)
 from a2v.motion.sampling import ClipRequest, Noise, WindowRequest, normal_noise
 from a2v.motion.steer import Steerer
 from a2v.motion.step_sampler import StepSampler
@@ -59,14 +66,19 @@ class MotionModel:
         Raises
         ------
         InputError
-            No such model, or the file is no motion model of a2v, or says impossible things of itself.
+            No such model, or the file is no motion model of a2v, or says impossible things of
+            itself.
         """
         name = os.fspath(model)
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
         if not path.is_file():
-            raise InputError(f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v")
+            raise InputError(
+                f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v"
+            )
         if path.suffix == ".pt":
-            raise InputError(f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate and a2v survey take the baseline.pt of a2v train baseline")
+            raise InputError(
+                f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
+            )
         return cls(path, read_card(path))
 
     @property
@@ -104,7 +116,8 @@ class MotionModel:
 
     @property
     def makes_windows(self) -> bool:
-        """Whether noise becomes whole windows (a flow); otherwise one frame follows the other (a VAE)."""
+        """Whether noise becomes whole windows (a flow); otherwise one frame follows the other (a
+        VAE)."""
         return isinstance(self.card, WindowCard)
 
     def label(self, action: str) -> int:
@@ -120,7 +133,11 @@ class MotionModel:
         if wanted in plain:
             return plain[wanted]
         near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
+        hint = (
+            f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?"
+            if near
+            else f"it knows {', '.join(self.actions)}"
+        )
         raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
 
     def generate(
@@ -134,7 +151,8 @@ class MotionModel:
         skip_rest: bool = False,
         steerer: Steerer | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
+        """Generate clips of explicit actions and bodies: what `sample`, the applications and the
+        evaluation are made of.
 
         Parameters
         ----------
@@ -143,10 +161,12 @@ class MotionModel:
         lengths : (N, J) float32
             Bone lengths, native units.
         generator : numpy Generator or Noise
-            Draws the noise, or gives it: called with a shape and the frame that it is for as often as the model needs noise (once for a step model, once
-            a window for a window model), so that applications can choose it.
+            Draws the noise, or gives it: called with a shape and the frame that it is for as often
+            as the model needs noise (once for a step model, once a window for a window model), so
+            that applications can choose it.
         start : (N, P, J, 3) float or None
-            First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.
+            First frames of the clips, metres, y up: they are kept as they are, and what follows
+            goes on from them.
 
         fresh, skip_rest : bool
             See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
@@ -166,9 +186,13 @@ class MotionModel:
             `start` is not shorter than the clips.
         """
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
-            raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
+            raise InputError(
+                f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames"
+            )
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(ClipRequest(labels, lengths, noise, start, fresh, skip_rest, steerer))
+        joints, rotations = self.sampler.generate(
+            ClipRequest(labels, lengths, noise, start, fresh, skip_rest, steerer)
+        )
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations
@@ -183,10 +207,11 @@ class MotionModel:
         active: FloatArray | None = None,
         headings: FloatArray | None = None,
     ) -> FloatArray:
-        """Joints (N, T, J, 3) float32, metres, that are distributed as the data's windows, ended clips that hold their last pose included.
+        """Joints (N, T, J, 3) float32, metres, that are distributed as the data's windows, ended
+        clips that hold their last pose included.
 
-        A step model learned such endings; a window model is told how long each clip moves, drawn from the data's
-        distribution for its action.
+        A step model learned such endings; a window model is told how long each clip moves, drawn
+        from the data's distribution for its action.
 
         Parameters
         ----------
@@ -197,31 +222,44 @@ class MotionModel:
             At most one window.
         generator : numpy Generator
         active, headings : (N,) float or None
-            For models of whole windows: how much of a window each clip moves, and which way it faces at first (radians about +y from +z) where headings
-            were not learned; drawn apart for each action's clips without.
+            For models of whole windows: how much of a window each clip moves, and which way it
+            faces at first (radians about +y from +z) where headings were not learned; drawn apart
+            for each action's clips without.
 
         Raises
         ------
         InputError
             `frames` are more than a window.
         """
-        return self.sampler.generate_like_data(WindowRequest(labels, lengths, frames, active, headings), generator)
+        return self.sampler.generate_like_data(
+            WindowRequest(labels, lengths, frames, active, headings), generator
+        )
 
     def to_native(self, joints: FloatArray) -> FloatArray:
-        """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at the origin.
+        """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at
+        the origin.
 
         This is what the papers' classifiers expect.
         """
-        return to_native(joints, metres_per_unit=self.card.metres_per_unit, signs=self.card.native_signs)
+        return to_native(
+            joints, metres_per_unit=self.card.metres_per_unit, signs=self.card.native_signs
+        )
 
     def sample_native(
-        self, action: str, *, frames: int = 60, count: int = 1, seed: int = 0, lengths: FloatArray | None = None
+        self,
+        action: str,
+        *,
+        frames: int = 60,
+        count: int = 1,
+        seed: int = 0,
+        lengths: FloatArray | None = None,
     ) -> FloatArray:
-        """Clips of one action as the papers' classifiers expect them: (N, T, J, 3) float32, native frame and unit, first root at
-        the origin.
+        """Clips of one action as the papers' classifiers expect them: (N, T, J, 3) float32, native
+        frame and unit, first root at the origin.
 
-        Up to one window they move as long as the data's own clips do and then hold their last pose, as in the evaluation,
-        because the classifiers know clips that way; longer ones are those of `sample`.
+        Up to one window they move as long as the data's own clips do and then hold their last pose,
+        as in the evaluation, because the classifiers know clips that way; longer ones are those of
+        `sample`.
 
         Parameters
         ----------
@@ -236,14 +274,23 @@ class MotionModel:
             Unknown action, or a number out of range.
         """
         names = self.check_request(action, frames=frames, count=count)
-        bodies = np.tile(self.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32), (count, 1))
-        labels, generator = np.tile(self.frame_labels(names, frames), (count, 1)), np.random.default_rng(seed)
+        bodies = np.tile(
+            self.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32),
+            (count, 1),
+        )
+        labels, generator = (
+            np.tile(self.frame_labels(names, frames), (count, 1)),
+            np.random.default_rng(seed),
+        )
         if frames <= self.card.frames:
             return self.to_native(self.generate_like_data(labels[:, 0], bodies, frames, generator))
-        return self.to_native(level_floor(self.generate(labels, bodies, generator)[0], self.card.frames))
+        return self.to_native(
+            level_floor(self.generate(labels, bodies, generator)[0], self.card.frames)
+        )
 
     def scaled_bones(self, bone_scale: float | Mapping[str, float] = 1.0) -> FloatArray:
-        """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or part of the body.
+        """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or
+        part of the body.
 
         Raises
         ------
@@ -282,7 +329,8 @@ class MotionModel:
         Returns
         -------
         Motion
-            Metres, y up, above the origin at the first frame, lowest joint of each clip on the ground.
+            Metres, y up, above the origin at the first frame, lowest joint of each clip on the
+            ground.
 
         Raises
         ------
@@ -290,12 +338,20 @@ class MotionModel:
             Unknown action, or a number out of range.
         """
         names = self.check_request(action, frames=frames, count=count)
-        body = self.scaled_bones(bone_scale) if lengths is None else np.asarray(lengths, dtype=np.float32)
+        body = (
+            self.scaled_bones(bone_scale)
+            if lengths is None
+            else np.asarray(lengths, dtype=np.float32)
+        )
         joints, rotations = self.generate(
-            np.tile(self.frame_labels(names, frames), (count, 1)), np.tile(body, (count, 1)), np.random.default_rng(seed)
+            np.tile(self.frame_labels(names, frames), (count, 1)),
+            np.tile(body, (count, 1)),
+            np.random.default_rng(seed),
         )
         scales = dict(bone_scale) if isinstance(bone_scale, Mapping) else bone_scale
-        motion = self.to_motion(joints, rotations, lengths=body, names=names, seed=seed, bone_scale=scales)
+        motion = self.to_motion(
+            joints, rotations, lengths=body, names=names, seed=seed, bone_scale=scales
+        )
         return motion if count > 1 else motion[0]
 
     def check_request(self, action: str | Sequence[str], *, frames: int, count: int) -> list[str]:
@@ -317,7 +373,9 @@ class MotionModel:
 
     def frame_labels(self, names: Sequence[str], frames: int) -> IntArray:
         """Label of every frame (T,) when `names` follow each other in equal parts."""
-        labels: IntArray = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
+        labels: IntArray = np.repeat(
+            [self.label(name) for name in names], -(-frames // len(names))
+        )[:frames]
         return labels
 
     def to_motion(
@@ -337,13 +395,13 @@ class MotionModel:
         ----------
         joints, rotations : (N, T, J, 3) float32
         lengths : (J,) or (N, J) float32
-            Bone lengths that they were made with, native units: longer legs take longer steps, so the root's path is scaled
-            by how much longer the legs are than the model's own.
+            Bone lengths that they were made with, native units: longer legs take longer steps, so
+            the root's path is scaled by how much longer the legs are than the model's own.
         names : sequence of str
         seed : int
         place : bool
-            Level the floor, scale the path, and start above the origin with the lowest joint on the ground; otherwise the
-            joints are kept where they are.
+            Level the floor, scale the path, and start above the origin with the lowest joint on the
+            ground; otherwise the joints are kept where they are.
         **provenance
             What else made the clips; must be JSON.
         """
@@ -367,5 +425,6 @@ class MotionModel:
 
 
 def plain_name(name: str) -> str:
-    """An action's name without case, spaces, hyphens and underscores: what two ways to write it share."""
+    """An action's name without case, spaces, hyphens and underscores: what two ways to write it
+    share."""
     return "".join(character for character in name.lower() if character.isalnum())

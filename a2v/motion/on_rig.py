@@ -1,4 +1,5 @@
-"""An edited motion on a body's rig: what the feet do is found where they travel, and what is edited comes after."""
+"""An edited motion on a body's rig: what the feet do is found where they travel, and what is edited
+comes after."""
 
 from __future__ import annotations
 
@@ -14,11 +15,15 @@ from a2v.types import Body, FloatArray, Motion
 _PLAIN = RetargetSettings()
 
 
-def retarget_edited(motion: Motion, body: Body, edit: Edit, *, settings: RetargetSettings = _PLAIN) -> FloatArray:
-    """Move a body's rig as a motion that is mirrored, in its tempo and a cycle already, but still travels.
+def retarget_edited(
+    motion: Motion, body: Body, edit: Edit, *, settings: RetargetSettings = _PLAIN
+) -> FloatArray:
+    """Move a body's rig as a motion that is mirrored, in its tempo and a cycle already, but still
+    travels.
 
-    On the spot feet slide by nature: contacts are found and cleaned on the way, and the travel is taken after that. A cycle is carried
-    over as the middle one of three rounds, so that it closes on the rig too.
+    On the spot feet slide by nature: contacts are found and cleaned on the way, and the travel is
+    taken after that. A cycle is carried over as the middle one of three rounds, so that it closes
+    on the rig too.
 
     Parameters
     ----------

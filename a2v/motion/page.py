@@ -1,8 +1,9 @@
 """A web page of one file in which a motion model makes its clips: no server, no network, no Python.
 
-The scripts are in ``browser`` beside this file: `sample.js` does what ``export/sample.py`` does, `random.js` draws numpy's numbers, so that
-a seed means the same as here. They run on onnxruntime-web, which comes from npm, once, by the command that ``a2v doctor`` prints; it is
-put into the page when the page is made.
+The scripts are in ``browser`` beside this file: `sample.js` does what ``export/sample.py`` does,
+`random.js` draws numpy's numbers, so that a seed means the same as here. They run on
+onnxruntime-web, which comes from npm, once, by the command that ``a2v doctor`` prints; it is put
+into the page when the page is made.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ from a2v.rendering.stickfigure import StickSettings
 from a2v.sessions import read_metadata
 
 PACKAGES = NpmPackages("page", ("onnxruntime-web@1.30.0",))
-"""What runs the model in a browser (MIT). The page takes its smallest build, WebAssembly with SIMD, and runs it on one thread."""
+"""What runs the model in a browser (MIT). The page takes its smallest build, WebAssembly with SIMD,
+and runs it on one thread."""
 
 RUNTIME = ("ort.wasm.min.js", "ort-wasm-simd-threaded.mjs", "ort-wasm-simd-threaded.wasm")
 """The files of that build: the interface, what loads the engine, the engine."""
@@ -56,7 +58,8 @@ def write_motion_page(
 ) -> None:
     """Write an HTML page that samples `model`, with action, seed, length and guidance to choose.
 
-    Clips are those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a tenth of a millimetre.
+    Clips are those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a
+    tenth of a millimetre.
 
     Parameters
     ----------
@@ -75,41 +78,61 @@ def write_motion_page(
     Raises
     ------
     InputError
-        An unknown action, a number out of range, a character without a person's bones, or a page that would be too large.
+        An unknown action, a number out of range, a character without a person's bones, or a page
+        that would be too large.
     MissingDependencyError
         onnxruntime-web is not installed; the message says how.
     """
     if not 1 <= seconds <= MAX_SECONDS:
-        raise InputError(f"seconds is {seconds:g}; a page makes clips of 1 to {MAX_SECONDS:g} seconds")
+        raise InputError(
+            f"seconds is {seconds:g}; a page makes clips of 1 to {MAX_SECONDS:g} seconds"
+        )
     if not 0 <= seed < 2**53:
         raise InputError(f"seed is {seed}; a page takes 0 to 2^53 - 1")
     first = None if action is None else model.label(action)
-    dist = PACKAGES.demand("a page that makes motions", "nothing is downloaded later") / "onnxruntime-web" / "dist"
+    dist = (
+        PACKAGES.demand("a page that makes motions", "nothing is downloaded later")
+        / "onnxruntime-web"
+        / "dist"
+    )
     script, loader, engine = (read_bytes(dist / name) for name in RUNTIME)
     graph, guided = page_graph(model.path)
     figure, glb = (_sticks(model), b"") if character is None else _character(model, character)
-    about: dict[str, Any] = {"figure": figure, "model": _name(model), "action": first, "seed": seed, "seconds": seconds}
+    about: dict[str, Any] = {
+        "figure": figure,
+        "model": _name(model),
+        "action": first,
+        "seed": seed,
+        "seconds": seconds,
+    }
     about |= {"meta": _meta(model, guided), "words": _words(model)}
     text = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
     parts = {"title": html.escape(title).encode(), "about": text.encode(), "runtime": script}
     packed = {"model": graph, "character": glb, "engine": engine, "loader": loader}
     pieces = _pieces(parts | {name: _packed(data) for name, data in packed.items()})
     if sum(map(len, pieces)) > MAX_PAGE_BYTES:
-        raise InputError(f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
+        raise InputError(
+            f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB"
+        )
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.writelines(pieces)
 
 
 def _pieces(parts: dict[str, bytes]) -> list[bytes]:
-    """The page, piece by piece: ``browser/index.html`` with `parts` and our own scripts in their places."""
-    own = {name: _part(f"{name}.js").encode() for name in ("random", "sample", "figure", "save", "main")}
+    """The page, piece by piece: ``browser/index.html`` with `parts` and our own scripts in their
+    places."""
+    own = {
+        name: _part(f"{name}.js").encode()
+        for name in ("random", "sample", "figure", "save", "main")
+    }
     parts = parts | own | {"viewer": viewer_script().encode(), "stage": stage_script().encode()}
     words = re.split(r"\$([a-z]+)\b", _part("index.html"))
     return [parts[word] if place % 2 else word.encode() for place, word in enumerate(words)]
 
 
 def page_graph(path: Path) -> tuple[bytes, bool]:
-    """A model's graph as the page runs it: joints alone come out, and how much it is guided goes in, where it is guided at all.
+    """A model's graph as the page runs it: joints alone come out, and how much it is guided goes
+    in, where it is guided at all.
 
     Returns
     -------
@@ -119,10 +142,14 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
         Whether there is the input ``guidance`` (1,) float32.
     """
     proto = onnx.load_model_from_string(read_bytes(path))
-    strength = json.loads(next((entry.value for entry in proto.metadata_props if entry.key == "a2v"), "{}")).get("guidance")
+    strength = json.loads(
+        next((entry.value for entry in proto.metadata_props if entry.key == "a2v"), "{}")
+    ).get("guidance")
     graph = proto.graph
     defaults = {item.name for item in graph.initializer}
-    keep = [item for item in graph.input if item.name not in defaults]  # constraints stay what they are by default: none
+    keep = [
+        item for item in graph.input if item.name not in defaults
+    ]  # constraints stay what they are by default: none
     del graph.input[:]
     graph.input.extend(keep)
     joints = next(item for item in graph.output if item.name == "joints")
@@ -156,17 +183,26 @@ def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
 def _skeleton(model: MotionModel) -> dict[str, Any]:
     """What a file of a clip is written by: parents, names, and directions of the bones at rest."""
     own = model.skeleton
-    return {"parents": own.parents.tolist(), "names": list(model.card.joint_names), "rest": np.round(own.rest_directions, 6).tolist()}
+    return {
+        "parents": own.parents.tolist(),
+        "names": list(model.card.joint_names),
+        "rest": np.round(own.rest_directions, 6).tolist(),
+    }
 
 
 def _words(model: MotionModel) -> list[str]:
     """What is known of each action beside its name, to search in."""
     card, none = model.card, [()] * len(model.actions)
-    return [" ".join((*words, *traits)) for words, traits in zip(card.descriptions or none, card.traits or none, strict=True)]
+    return [
+        " ".join((*words, *traits))
+        for words, traits in zip(card.descriptions or none, card.traits or none, strict=True)
+    ]
 
 
 def _name(model: MotionModel) -> str:
-    return next((name for name, file in BUNDLED.items() if file == model.path.name), model.path.name)
+    return next(
+        (name for name, file in BUNDLED.items() if file == model.path.name), model.path.name
+    )
 
 
 def _sticks(model: MotionModel) -> dict[str, Any]:
@@ -185,15 +221,21 @@ def _character(model: MotionModel, path: str | os.PathLike[str]) -> tuple[dict[s
         raise glb.fail("has no skin")
     nodes, parents = glb.items("nodes"), glb.node_matrices()[1]
     inside = set(glb.joints(skins[0]))
-    names = [str(node.get("name", "")) if index in inside else "" for index, node in enumerate(nodes)]
+    names = [
+        str(node.get("name", "")) if index in inside else "" for index, node in enumerate(nodes)
+    ]
     bones = canonical_joints(names, parents)
     source = canonical_joints(model.card.joint_names, model.skeleton.parents.tolist())
     if missing := missing_joints(bones):
         raise glb.fail(f"has no bone for {', '.join(missing[:4])}")
     if missing := missing_joints(source):
-        raise InputError(f"{model.path.name} has no {', '.join(missing[:4])} among its joints; leave the character out")
+        raise InputError(
+            f"{model.path.name} has no {', '.join(missing[:4])} among its joints; leave the character out"
+        )
     table = table_of(model.skeleton.name)
-    neutral = {"knee": SOFT_KNEE} | {name: table[name] for name in ("lean", "neck", "dip", "knee") if name in table}
+    neutral = {"knee": SOFT_KNEE} | {
+        name: table[name] for name in ("lean", "neck", "dip", "knee") if name in table
+    }
     return {"bones": bones, "source": source, "neutral": neutral}, read_bytes(path)
 
 

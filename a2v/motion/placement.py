@@ -1,4 +1,5 @@
-"""Where generated clips stand: bones scaled, the root's path with them, the floor level, the feet on the ground."""
+"""Where generated clips stand: bones scaled, the root's path with them, the floor level, the feet
+on the ground."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from a2v.types import FloatArray
 
 
 def ground_offset(joints: FloatArray) -> FloatArray:
-    """What to subtract from joints (N, T, J, 3) to start above the origin with the lowest joint at y = 0: (N, 1, 1, 3)."""
+    """What to subtract from joints (N, T, J, 3) to start above the origin with the lowest joint at
+    y = 0: (N, 1, 1, 3)."""
     offset = np.zeros((len(joints), 1, 1, 3), dtype=np.float32)
     offset[:, 0, 0] = joints[:, 0, 0]
     offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
@@ -23,9 +25,10 @@ def ground_offset(joints: FloatArray) -> FloatArray:
 def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> FloatArray:
     """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
 
-    Models learn the root's path from short clips, so that a small slope in every window adds up: 600 frames of Run rose by
-    1.3 m. The lowest joint over `piece` frames (half a window by default) is taken for the floor's height; what it moves away
-    is taken off, linearly between pieces. Clips of at most `window` frames are returned as they are.
+    Models learn the root's path from short clips, so that a small slope in every window adds up:
+    600 frames of Run rose by 1.3 m. The lowest joint over `piece` frames (half a window by default)
+    is taken for the floor's height; what it moves away is taken off, linearly between pieces. Clips
+    of at most `window` frames are returned as they are.
     """
     frames, half = joints.shape[1], piece or window // 2
     if frames <= window or half < 1:
@@ -37,8 +40,16 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
     lowest = joints[..., 1].min(axis=-1).astype(np.float64)
     floor = lowest[:, :window].min(axis=1)
     lift = np.zeros_like(lowest)
-    for _ in range(3):  # the lowest joint is seen where a slope begins, so that a third of it stays after one pass
-        level = np.stack([(lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1) for t in middles], axis=1)
+    for _ in range(
+        3
+    ):  # the lowest joint is seen where a slope begins, so that a third of it stays after one pass
+        level = np.stack(
+            [
+                (lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1)
+                for t in middles
+            ],
+            axis=1,
+        )
         away = np.concatenate([np.zeros((len(joints), 1)), level - floor[:, None]], axis=1)
         lift += np.stack([np.interp(np.arange(frames), at, row) for row in away])
     levelled = joints.copy()
@@ -47,11 +58,17 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
 
 
 def body_parts(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
-    """Joints whose bones make up "arms", "legs", "head", "torso" (the others) and "all"; without those that have none."""
+    """Joints whose bones make up "arms", "legs", "head", "torso" (the others) and "all"; without
+    those that have none."""
     found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     ends = {"arms": ("elbow", "wrist", "hand", "thumb"), "legs": ("knee", "ankle", "foot", "toes")}
     parts = {
-        part: tuple(found[f"{side}_{end}"] for side in ("left", "right") for end in names if f"{side}_{end}" in found)
+        part: tuple(
+            found[f"{side}_{end}"]
+            for side in ("left", "right")
+            for end in names
+            if f"{side}_{end}" in found
+        )
         for part, names in ends.items()
     }
     parts["head"] = tuple(found[name] for name in ("head", "head_top") if name in found)
@@ -68,7 +85,9 @@ def leg_length(lengths: FloatArray, skeleton: Skeleton) -> FloatArray:
     return total
 
 
-def scale_bones(lengths: FloatArray, skeleton: Skeleton, factors: float | Mapping[str, float]) -> FloatArray:
+def scale_bones(
+    lengths: FloatArray, skeleton: Skeleton, factors: float | Mapping[str, float]
+) -> FloatArray:
     """Bone lengths (J,) float32 times a factor for all, or by joint or part of the body.
 
     Parameters
@@ -77,7 +96,8 @@ def scale_bones(lengths: FloatArray, skeleton: Skeleton, factors: float | Mappin
         In any unit.
     skeleton : Skeleton
     factors : float, or mapping of names to floats
-        Names are joints (the bone that ends there), "arms", "legs", "torso", "head" or "all"; later ones multiply earlier ones.
+        Names are joints (the bone that ends there), "arms", "legs", "torso", "head" or "all"; later
+        ones multiply earlier ones.
 
     Raises
     ------
@@ -87,31 +107,42 @@ def scale_bones(lengths: FloatArray, skeleton: Skeleton, factors: float | Mappin
     scaled = lengths.copy()
     parts = body_parts(skeleton)
     names = skeleton.joint_names
-    for name, factor in {"all": factors}.items() if isinstance(factors, float | int) else factors.items():
+    for name, factor in (
+        {"all": factors}.items() if isinstance(factors, float | int) else factors.items()
+    ):
         if not 0.1 <= factor <= 10:
             raise InputError(f"bone_scale is {factor}; expected 0.1 to 10")
         chosen = parts.get(name) or ((names.index(name),) if name in names[1:] else ())
         if not chosen:
-            raise InputError(f"no bone '{name}' to scale; choose from {', '.join(sorted(parts))}, or a joint: {', '.join(names[1:])}")
+            raise InputError(
+                f"no bone '{name}' to scale; choose from {', '.join(sorted(parts))}, or a joint: {', '.join(names[1:])}"
+            )
         scaled[list(chosen)] *= np.float32(factor)
     return scaled
 
 
 def scale_path(joints: FloatArray, step: FloatArray) -> FloatArray:
-    """Joints (N, T, J, 3) whose root's path is `step` () or (N,) times as long: longer legs take longer steps."""
+    """Joints (N, T, J, 3) whose root's path is `step` () or (N,) times as long: longer legs take
+    longer steps."""
     root = joints[:, :, :1]
-    scaled: FloatArray = joints + (np.asarray(step, np.float32).reshape(-1, 1, 1, 1) - 1) * (root - root[:, :1])
+    scaled: FloatArray = joints + (np.asarray(step, np.float32).reshape(-1, 1, 1, 1) - 1) * (
+        root - root[:, :1]
+    )
     return scaled
 
 
 def place_on_ground(joints: FloatArray, window: int) -> FloatArray:
-    """Joints (N, T, J, 3) with a level floor (`level_floor`), above the origin at first, the lowest joint at y = 0."""
+    """Joints (N, T, J, 3) with a level floor (`level_floor`), above the origin at first, the lowest
+    joint at y = 0."""
     joints = level_floor(joints, window)
     return joints - ground_offset(joints)
 
 
-def to_native(joints: FloatArray, *, metres_per_unit: float, signs: tuple[float, float, float]) -> FloatArray:
-    """World joints (..., T, J, 3), metres, in a data set's own frame and unit (`a2v.lab.datasets.NativeFrame`), first root at the origin."""
+def to_native(
+    joints: FloatArray, *, metres_per_unit: float, signs: tuple[float, float, float]
+) -> FloatArray:
+    """World joints (..., T, J, 3), metres, in a data set's own frame and unit
+    (`a2v.lab.datasets.NativeFrame`), first root at the origin."""
     moved = joints - joints[..., :1, :1, :]
     native: FloatArray = moved / np.float32(metres_per_unit) * np.asarray(signs, np.float32)
     return native

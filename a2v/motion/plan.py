@@ -1,6 +1,8 @@
-"""One function from what is asked for, in words or as a timeline, to typed steps and what makes them: `plan_motion`.
+"""One function from what is asked for, in words or as a timeline, to typed steps and what makes
+them: `plan_motion`.
 
-The command line, tables, the page and Python all ask it; nothing else decides which model or clip makes an action.
+The command line, tables, the page and Python all ask it; nothing else decides which model or clip
+makes an action.
 """
 
 from __future__ import annotations
@@ -54,7 +56,11 @@ class MotionPlan:
     @property
     def sources(self) -> tuple[str, ...]:
         """What makes the steps, each once: names of `SOURCES`, or the model's file."""
-        return (self.model.path.stem,) if self.model is not None else tuple(dict.fromkeys(step.source for step in self.steps))
+        return (
+            (self.model.path.stem,)
+            if self.model is not None
+            else tuple(dict.fromkeys(step.source for step in self.steps))
+        )
 
     @property
     def path(self) -> str:
@@ -66,15 +72,26 @@ class MotionPlan:
         """Of the content of every file that the steps are made with."""
         if self.model is not None:
             return self.model.digest
-        files = [LIBRARY, *(MotionModel.load(source).path for source in self.sources if source != CLIPS)]
+        files = [
+            LIBRARY,
+            *(MotionModel.load(source).path for source in self.sources if source != CLIPS),
+        ]
         return hashlib.sha256("".join(file_digest(path) for path in files).encode()).hexdigest()
 
     @property
     def seconds(self) -> float | None:
-        """How long it lasts by nature where no length is asked for; None for a model's actions without a length of their own."""
+        """How long it lasts by nature where no length is asked for; None for a model's actions
+        without a length of their own."""
         if self.model is not None:
-            return NATURAL_SECONDS.get(self.steps[0].action) if len(self.steps) == 1 and self.steps[0].seconds is None else None
-        return sum(step.seconds if step.seconds is not None else natural_seconds(step) for step in self.steps)
+            return (
+                NATURAL_SECONDS.get(self.steps[0].action)
+                if len(self.steps) == 1 and self.steps[0].seconds is None
+                else None
+            )
+        return sum(
+            step.seconds if step.seconds is not None else natural_seconds(step)
+            for step in self.steps
+        )
 
     @property
     def longest(self) -> float:
@@ -84,7 +101,10 @@ class MotionPlan:
     def lines(self) -> list[str]:
         """What was understood, a line a step."""
         told = explain(self.matches)
-        names = [self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source) for step in self.steps]
+        names = [
+            self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source)
+            for step in self.steps
+        ]
         return [f"{line} [{name}]" for line, name in zip(told, names, strict=True)]
 
     def make(
@@ -102,7 +122,8 @@ def make_steps(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Steps of one model by `make_motion`; those with sources by `make_sourced`, which takes neither bone lengths nor a direction.
+    """Steps of one model by `make_motion`; those with sources by `make_sourced`, which takes
+    neither bone lengths nor a direction.
 
     Raises
     ------
@@ -116,7 +137,9 @@ def make_steps(
             f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has its own bones and goes its own way; "
             "leave bone lengths, paths, poses and holds out"
         )
-    return make_sourced(steps, frames=take.frames, fps=take.fps, seed=take.seed, count=take.count, edit=edit)
+    return make_sourced(
+        steps, frames=take.frames, fps=take.fps, seed=take.seed, count=take.count, edit=edit
+    )
 
 
 def plan_motion(
@@ -134,7 +157,8 @@ def plan_motion(
     action : str
         Names or words, "sneak, then wave, then salsa for 2 s".
     model : str
-        "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load` takes it.
+        "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load`
+        takes it.
     licence : "any" or "free"
         "free" leaves out what is for research only.
     timeline : path or None
@@ -145,20 +169,27 @@ def plan_motion(
     Raises
     ------
     InputError
-        Neither or both of action and timeline are given, a part means no action (`UnknownActionError`, which has the nearest), or there is no such model.
+        Neither or both of action and timeline are given, a part means no action
+        (`UnknownActionError`, which has the nearest), or there is no such model.
     """
     if timeline is not None and action:
         raise InputError("both action and timeline are given; give one of them")
     if timeline is None and not action:
-        raise InputError("no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion")
+        raise InputError(
+            "no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion"
+        )
     if model == AUTO and directed:
         model = DIRECTED
     if model not in (AUTO, CLIPS):
         opened = MotionModel.load(model)
         if licence == "free" and "research" in opened.card.licence:
-            raise InputError(f"model {model} is for research only; leave --licence free out, or choose another --model")
+            raise InputError(
+                f"model {model} is for research only; leave --licence free out, or choose another --model"
+            )
         known = Vocabulary.of(opened.card)
-        steps, matches = parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
+        steps, matches = (
+            parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
+        )
         return MotionPlan(tuple(steps), tuple(matches), opened)
     sources = SOURCES if model == AUTO else (CLIPS,)
     if timeline is None:

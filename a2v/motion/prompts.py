@@ -1,7 +1,8 @@
 """Prompts: free text to a timeline of actions, without a network.
 
-A prompt is split where one thing follows another ("then", commas, "and" between two actions); each part gives up its duration and what it does not want
-("not", "no", "without"), and the rest is matched with the actions (`a2v.motion.vocabulary`).
+A prompt is split where one thing follows another ("then", commas, "and" between two actions); each
+part gives up its duration and what it does not want ("not", "no", "without"), and the rest is
+matched with the actions (`a2v.motion.vocabulary`).
 """
 
 from __future__ import annotations
@@ -27,7 +28,22 @@ MAX_PROMPT = 2000
 MAX_PARTS = 40
 """Parts of a prompt."""
 
-NEGATIONS = frozenset(["not", "no", "dont", "doesnt", "didnt", "isnt", "never", "without", "cant", "cannot", "avoid", "nor"])
+NEGATIONS = frozenset(
+    [
+        "not",
+        "no",
+        "dont",
+        "doesnt",
+        "didnt",
+        "isnt",
+        "never",
+        "without",
+        "cant",
+        "cannot",
+        "avoid",
+        "nor",
+    ]
+)
 RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
 """Words that end what is not wanted."""
 STILL = frozenset(["move", "anyth", "stir", "budg"])
@@ -36,12 +52,16 @@ STANDING = "stand still"
 MARGIN = 0.15
 """By how much two actions that "and" joins must be surer than one that is both."""
 
-_THEN = re.compile(r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*", re.IGNORECASE)
+_THEN = re.compile(
+    r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
+    re.IGNORECASE,
+)
 _AND = re.compile(r"\s+and\s+", re.IGNORECASE)
 _NAMED = "|".join(sorted(NUMBERS, key=len, reverse=True))
 _LONG = r"seconds?|secs?|minutes?|mins?|frames?"
 _DURATION = re.compile(
-    rf"\b(?:for\s+)?(?:about\s+|around\s+)?(?:(?P<digits>\d+(?:\.\d+)?)\s*-?\s*(?P<unit>{_LONG}|s)|(?P<named>{_NAMED})[\s-]+(?P<word>{_LONG}))\b", re.IGNORECASE
+    rf"\b(?:for\s+)?(?:about\s+|around\s+)?(?:(?P<digits>\d+(?:\.\d+)?)\s*-?\s*(?P<unit>{_LONG}|s)|(?P<named>{_NAMED})[\s-]+(?P<word>{_LONG}))\b",
+    re.IGNORECASE,
 )
 
 
@@ -62,7 +82,8 @@ class Step:
     speed : float
         1 as recorded, 2 twice as fast.
     source : str
-        What makes it: a name of `a2v.motion.catalog`; "" for the model that is named beside the steps.
+        What makes it: a name of `a2v.motion.catalog`; "" for the model that is named beside the
+        steps.
     """
 
     action: str
@@ -74,9 +95,13 @@ class Step:
 
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
-            raise InputError(f"'{self.action}' has both seconds ({self.seconds:g}) and frames ({self.frames}); give one of them")
+            raise InputError(
+                f"'{self.action}' has both seconds ({self.seconds:g}) and frames ({self.frames}); give one of them"
+            )
         if self.seconds is not None and not 0 < self.seconds <= MAX_SECONDS:
-            raise InputError(f"'{self.action}' lasts {self.seconds:g} seconds; expected more than 0 and at most {MAX_SECONDS:g}")
+            raise InputError(
+                f"'{self.action}' lasts {self.seconds:g} seconds; expected more than 0 and at most {MAX_SECONDS:g}"
+            )
         if self.frames is not None and self.frames < 1:
             raise InputError(f"'{self.action}' lasts {self.frames} frames; expected at least 1")
         if not 0.25 <= self.speed <= 4:
@@ -94,12 +119,14 @@ class _Part:
 
 
 def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
-    """A prompt such as "walk slowly, then salsa for 2 s, then jump" as steps, and what each part was taken for.
+    """A prompt such as "walk slowly, then salsa for 2 s, then jump" as steps, and what each part
+    was taken for.
 
     Raises
     ------
     InputError
-        The prompt is too long, a part is empty or means no action (the message names it and the nearest actions), or only says what is not wanted.
+        The prompt is too long, a part is empty or means no action (the message names it and the
+        nearest actions), or only says what is not wanted.
     """
     if len(text) > MAX_PROMPT:
         raise InputError(f"the prompt has {len(text)} letters; expected at most {MAX_PROMPT}")
@@ -107,19 +134,33 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
     matches: list[Match] = []
     for part in _parts(text):
         for piece, match in _matched(part, vocabulary):
-            again = matches and (match.action, match.speed) == (matches[-1].action, matches[-1].speed) and match.text != matches[-1].text
+            again = (
+                matches
+                and (match.action, match.speed) == (matches[-1].action, matches[-1].speed)
+                and match.text != matches[-1].text
+            )
             if again and piece.seconds is None and piece.frames is None:
                 continue  # "so tired, out of breath" is one thing
-            steps.append(Step(action=match.action, seconds=piece.seconds, frames=piece.frames, speed=match.speed))
+            steps.append(
+                Step(
+                    action=match.action,
+                    seconds=piece.seconds,
+                    frames=piece.frames,
+                    speed=match.speed,
+                )
+            )
             matches.append(match)
     return steps, matches
 
 
 def _parts(text: str) -> list[_Part]:
-    """The parts of a prompt; one that only says what is not wanted belongs to the one before it, or to the next."""
+    """The parts of a prompt; one that only says what is not wanted belongs to the one before it, or
+    to the next."""
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
-        raise InputError(f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or 'then' between them")
+        raise InputError(
+            f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or 'then' between them"
+        )
     if len(pieces) > MAX_PARTS:
         raise InputError(f"the prompt has {len(pieces)} parts; expected at most {MAX_PARTS}")
     parts: list[_Part] = []
@@ -140,12 +181,15 @@ def _parts(text: str) -> list[_Part]:
             parts.append(_Part(wanted, without | waiting, seconds, frames))
             waiting = frozenset()
     if not parts:
-        raise InputError(f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists what there is)")
+        raise InputError(
+            f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists what there is)"
+        )
     return parts
 
 
 def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
-    """A part as one action, or as two that "and" joins where both are understood and say more than one does."""
+    """A part as one action, or as two that "and" joins where both are understood and say more than
+    one does."""
     halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
     whole: Match | None = None
     refusal: InputError | None = None
@@ -156,13 +200,23 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
     if len(halves) == 2 and all(halves) and (whole is None or whole.score < 0.95):
         both = [_Part(half, part.without, *take_duration(half)[:2]) for half in halves]
         try:
-            found = [(piece, match) for piece in both for piece, match in _matched(piece, vocabulary)]
+            found = [
+                (piece, match) for piece in both for piece, match in _matched(piece, vocabulary)
+            ]
         except InputError as error:
             refusal = refusal or error
         else:
             if whole is None or min(match.score for _, match in found) > whole.score + MARGIN:
                 first = found[0][0]
-                found[0] = (_Part(first.text, first.without, part.seconds or first.seconds, part.frames or first.frames), found[0][1])
+                found[0] = (
+                    _Part(
+                        first.text,
+                        first.without,
+                        part.seconds or first.seconds,
+                        part.frames or first.frames,
+                    ),
+                    found[0][1],
+                )
                 return found
     if whole is None:
         assert refusal is not None
@@ -171,14 +225,19 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
 
 
 def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Seconds or frames that a text asks for with a number and a unit, and the text without them."""
+    """Seconds or frames that a text asks for with a number and a unit, and the text without
+    them."""
     found = _DURATION.search(text)
     if found is None:
         return None, None, text
     rest = " ".join((text[: found.start()] + " " + text[found.end() :]).split())
     if not rest:
         return None, None, text
-    amount = float(found["digits"]) if found["digits"] else float(NUMBERS[" ".join(found["named"].lower().split())])
+    amount = (
+        float(found["digits"])
+        if found["digits"]
+        else float(NUMBERS[" ".join(found["named"].lower().split())])
+    )
     unit = (found["unit"] or found["word"]).lower()
     if unit.startswith("frame"):
         return None, max(1, round(amount)), rest
@@ -186,7 +245,8 @@ def take_duration(text: str) -> tuple[float | None, int | None, str]:
 
 
 def take_negations(text: str) -> tuple[str, frozenset[str]]:
-    """What a text wants, and the stems of what it does not: "run without stopping" wants "run". A "no" at the end is what is said."""
+    """What a text wants, and the stems of what it does not: "run without stopping" wants "run". A
+    "no" at the end is what is said."""
     wanted: list[str] = []
     unwanted: list[str] = []
     negated = False
@@ -210,7 +270,8 @@ def take_negations(text: str) -> tuple[str, frozenset[str]]:
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
-    """A line a part: what it was taken for, and the nearest others where that is not its own name."""
+    """A line a part: what it was taken for, and the nearest others where that is not its own
+    name."""
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"

@@ -1,4 +1,5 @@
-"""What every sampler is asked: the request for clips, the noise, and the contract that both kinds keep."""
+"""What every sampler is asked: the request for clips, the noise, and the contract that both kinds
+keep."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ class ClipRequest:
     start : (N, P, J, 3) float32 or None
         Frames that are given, metres; they are the first of the T.
     fresh : bool
-        Where the action changes, a window model begins the next one by itself and fades into it, instead of continuing the last frames.
+        Where the action changes, a window model begins the next one by itself and fades into it,
+        instead of continuing the last frames.
     skip_rest : bool
         A window model leaves out the time that people stand still before they begin.
     steerer : Steerer or None
@@ -63,9 +65,11 @@ class WindowRequest:
     frames : int
         At most one window.
     active : (N,) float or None
-        Share of the window that each clip moves; None draws it from the data's shares of its action.
+        Share of the window that each clip moves; None draws it from the data's shares of its
+        action.
     headings : (N,) float or None
-        First heading of each clip, radians about +y from +z, where headings were not learned; None draws it likewise.
+        First heading of each clip, radians about +y from +z, where headings were not learned; None
+        draws it likewise.
     """
 
     labels: IntArray
@@ -76,7 +80,8 @@ class WindowRequest:
 
 
 class Sampler(Protocol):
-    """A way in which an exported graph makes clips. Joints are metres; both results are (N, T, J, 3) float32."""
+    """A way in which an exported graph makes clips. Joints are metres; both results are (N, T, J,
+    3) float32."""
 
     @property
     def path(self) -> Path:
@@ -93,7 +98,9 @@ class Sampler(Protocol):
         """
         ...
 
-    def generate_like_data(self, request: WindowRequest, generator: np.random.Generator) -> FloatArray:
+    def generate_like_data(
+        self, request: WindowRequest, generator: np.random.Generator
+    ) -> FloatArray:
         """Joints; see `MotionModel.generate_like_data`.
 
         Raises
@@ -104,11 +111,15 @@ class Sampler(Protocol):
         ...
 
 
-def checked_results(path: Path, made: Sequence[np.ndarray], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+def checked_results(
+    path: Path, made: Sequence[np.ndarray], shape: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray]:
     """Joints and rotations, if both have a shape."""
     joints, rotations = made
     if joints.shape != shape or rotations.shape != shape:
-        raise InputError(f"{path} made joints of shape {joints.shape}; expected {shape}: export the model again with a2v")
+        raise InputError(
+            f"{path} made joints of shape {joints.shape}; expected {shape}: export the model again with a2v"
+        )
     return joints, rotations
 
 
@@ -121,7 +132,12 @@ def normal_noise(generator: np.random.Generator) -> Noise:
     return draw
 
 
-def join_start(start: FloatArray, joints: FloatArray, rotations: FloatArray, skeleton: Skeleton) -> tuple[FloatArray, FloatArray]:
-    """Given frames (N, P, J, 3) followed by generated ones: joints and rotations (N, P + T, J, 3) float32."""
+def join_start(
+    start: FloatArray, joints: FloatArray, rotations: FloatArray, skeleton: Skeleton
+) -> tuple[FloatArray, FloatArray]:
+    """Given frames (N, P, J, 3) followed by generated ones: joints and rotations (N, P + T, J, 3)
+    float32."""
     before = inverse_kinematics(np.asarray(start, dtype=np.float32), skeleton)
-    return np.concatenate([start, joints], axis=1).astype(np.float32), np.concatenate([before, rotations], axis=1).astype(np.float32)
+    return np.concatenate([start, joints], axis=1).astype(np.float32), np.concatenate(
+        [before, rotations], axis=1
+    ).astype(np.float32)

@@ -1,8 +1,10 @@
 """Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
-All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are not normalised anew: C x = b. On its way
-the flow heads for a code; what that code misses of the constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the
-flow settles the rest around it. What normalisation moves is measured in the result and given back to the goal.
+All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are
+not normalised anew: C x = b. On its way the flow heads for a code; what that code misses of the
+constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the flow
+settles the rest around it. What normalisation moves is measured in the result and given back to the
+goal.
 """
 
 from __future__ import annotations
@@ -42,7 +44,8 @@ class CodeReader:
     frames: int
 
     def root(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3), metres, in the window's own axes.
+        """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3),
+        metres, in the window's own axes.
 
         `frames` may lie between two, here and below.
         """
@@ -58,7 +61,8 @@ class CodeReader:
         return rows[:, 3:].reshape(*bones, -1), offset[:, 3:].reshape(bones)
 
     def joints(self, frames: FloatArray, joints: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Places of `joints` (K,) against the root at the same `frames`: rows (F, K, 3, D) and offsets (F, K, 3), metres."""
+        """Places of `joints` (K,) against the root at the same `frames`: rows (F, K, 3, D) and
+        offsets (F, K, 3), metres."""
         levers = self.skeleton.path_matrix[list(joints), 1:] * self.lengths[1:]
         rows, offsets = self.directions(frames)
         return np.einsum("kb,fbxd->fkxd", levers, rows), np.einsum("kb,fbx->fkx", levers, offsets)
@@ -66,7 +70,10 @@ class CodeReader:
     def _features(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows (F, 3 J, D) and offsets (F, 3 J) of the features at `frames`."""
         size = 3 * self.skeleton.n_joints
-        basis, mean = self.basis.reshape(len(self.basis), self.frames, size), self.mean.reshape(self.frames, size)
+        basis, mean = (
+            self.basis.reshape(len(self.basis), self.frames, size),
+            self.mean.reshape(self.frames, size),
+        )
         rows: FloatArray = np.moveaxis(between_frames(basis, frames, axis=1), 0, -1)
         return rows, between_frames(mean, frames)
 
@@ -76,7 +83,9 @@ def between_frames(values: FloatArray, frames: FloatArray, *, axis: int = 0) -> 
     first = np.clip(np.floor(frames).astype(int), 0, max(values.shape[axis] - 2, 0))
     share = (frames - first).reshape(-1, *[1] * (values.ndim - axis - 1))
     after = np.minimum(first + 1, values.shape[axis] - 1)
-    mixed: FloatArray = (1 - share) * np.take(values, first, axis) + share * np.take(values, after, axis)
+    mixed: FloatArray = (1 - share) * np.take(values, first, axis) + share * np.take(
+        values, after, axis
+    )
     return mixed
 
 
@@ -97,10 +106,17 @@ class SoftConstraint:
     sigma: FloatArray
 
     @classmethod
-    def of(cls, rows: FloatArray, offset: FloatArray, value: FloatArray, sigma: float) -> SoftConstraint:
+    def of(
+        cls, rows: FloatArray, offset: FloatArray, value: FloatArray, sigma: float
+    ) -> SoftConstraint:
         """Constraints from arrays of any shape (..., D), (...), (...)."""
         flat = np.broadcast_to(value, offset.shape).astype(np.float64).ravel()
-        return cls(rows.reshape(-1, rows.shape[-1]).astype(np.float64), offset.astype(np.float64).ravel(), flat, np.full(flat.shape, sigma))
+        return cls(
+            rows.reshape(-1, rows.shape[-1]).astype(np.float64),
+            offset.astype(np.float64).ravel(),
+            flat,
+            np.full(flat.shape, sigma),
+        )
 
 
 @dataclass(frozen=True)
@@ -123,7 +139,8 @@ class Steering:
 
 
 def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None = None) -> Steering:
-    """The steering that joins `constraints`; codes are taken for standard normal, as the flow's are.
+    """The steering that joins `constraints`; codes are taken for standard normal, as the flow's
+    are.
 
     Parameters
     ----------
@@ -138,14 +155,17 @@ def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None =
     if correction is not None:
         wanted = wanted + correction
     gain = np.linalg.solve(rows @ rows.T + np.diag(sigma**2), rows)
-    return Steering(rows.astype(np.float32), gain.astype(np.float32), wanted[None].astype(np.float32))
+    return Steering(
+        rows.astype(np.float32), gain.astype(np.float32), wanted[None].astype(np.float32)
+    )
 
 
 class Steerer(Protocol):
     """What steers the windows of one clip, one after the other."""
 
     start: tuple[FloatArray, float]
-    """Where the first root is (3,), metres, and which way the person faces, radians about +y from +z."""
+    """Where the first root is (3,), metres, and which way the person faces, radians about +y from
+    +z."""
 
     def begin(self, joints: FloatArray) -> FloatArray:
         """The clip's first window (1, W, J, 3), which faces +z at the origin, where it begins."""
@@ -153,9 +173,12 @@ class Steerer(Protocol):
     def until(self, first: int, end: int) -> int:
         """Where a window whose frames `first` to `end` (exclusive) are taken shall end."""
 
-    def window(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float) -> Generator[Steering | None, FloatArray, None]:
-        """What steers a window, again and again: each time it is sent what came of it, (W, J, 3), until it has no more to say.
+    def window(
+        self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
+    ) -> Generator[Steering | None, FloatArray, None]:
+        """What steers a window, again and again: each time it is sent what came of it, (W, J, 3),
+        until it has no more to say.
 
-        `first` is the clip's frame that the window's first is, `taken` are its own frames that are taken, `place` (3,) and `yaw` are
-        where its first root is and which way that frame faces.
+        `first` is the clip's frame that the window's first is, `taken` are its own frames that are
+        taken, `place` (3,) and `yaw` are where its first root is and which way that frame faces.
         """

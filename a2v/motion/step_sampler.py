@@ -9,7 +9,14 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.motion.card import STATE_NAMES, StepCard
-from a2v.motion.sampling import RESULTS, ClipRequest, WindowRequest, checked_results, join_start, normal_noise
+from a2v.motion.sampling import (
+    RESULTS,
+    ClipRequest,
+    WindowRequest,
+    checked_results,
+    join_start,
+    normal_noise,
+)
 from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
 
@@ -23,10 +30,14 @@ class StepSampler:
 
     def initial_states(self, count: int) -> dict[str, FloatArray]:
         """Zero states (see `STATE_NAMES`) for the first frame of `count` clips."""
-        shapes = dict.fromkeys(STATE_NAMES, (count, self.card.hidden_size)) | {"previous": (count, len(self.card.joint_names), 3)}
+        shapes = dict.fromkeys(STATE_NAMES, (count, self.card.hidden_size)) | {
+            "previous": (count, len(self.card.joint_names), 3)
+        }
         return {name: np.zeros(shape, dtype=np.float32) for name, shape in shapes.items()}
 
-    def run(self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def run(
+        self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Joints (metres, the first root near the origin) and rotations (N, T, J, 3) float32.
 
         Parameters
@@ -36,42 +47,71 @@ class StepSampler:
         lengths : (N, J) float
             Native units.
         """
-        feed = self.initial_states(len(labels)) | _frames_feed(labels, noise) | {"bone_lengths": np.asarray(lengths, dtype=np.float32)}
+        feed = (
+            self.initial_states(len(labels))
+            | _frames_feed(labels, noise)
+            | {"bone_lengths": np.asarray(lengths, dtype=np.float32)}
+        )
         made = run_file(self.path, RESULTS, feed)
         return checked_results(self.path, made, (*labels.shape, *np.shape(lengths)[1:], 3))
 
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
-        """See `Sampler`: the noise is drawn once; `fresh` and `skip_rest` change nothing, because states continue over a change of the action."""
+        """See `Sampler`: the noise is drawn once; `fresh` and `skip_rest` change nothing, because
+        states continue over a change of the action."""
         if request.steerer is not None:
-            raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
+            raise InputError(
+                f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine"
+            )
         labels, lengths = request.labels, request.lengths
         noise = request.noise((*labels.shape, self.card.latent_size), 0)
         if request.start is None:
             return self.run(labels, noise=noise, lengths=lengths)
         return self._continue(labels, noise=noise, lengths=lengths, start=request.start)
 
-    def generate_like_data(self, request: WindowRequest, generator: np.random.Generator) -> FloatArray:
+    def generate_like_data(
+        self, request: WindowRequest, generator: np.random.Generator
+    ) -> FloatArray:
         """See `Sampler`: how the data's clips end and head was learned, and cannot be asked for."""
         labels = np.repeat(request.labels[:, None], request.frames, axis=1)
         return self.generate(ClipRequest(labels, request.lengths, normal_noise(generator)))[0]
 
-    def _continue(self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """As `run`, but the first frames are those of `start` (N, P, J, 3): the states follow them, as under teacher forcing."""
-        native = ((start - start[:, :1, :1]) / np.float32(self.card.metres_per_unit)).astype(np.float32)
+    def _continue(
+        self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `run`, but the first frames are those of `start` (N, P, J, 3): the states follow them,
+        as under teacher forcing."""
+        native = ((start - start[:, :1, :1]) / np.float32(self.card.metres_per_unit)).astype(
+            np.float32
+        )
         states = self.initial_states(len(labels))
         names = [f"last_{name}" for name in STATE_NAMES]
         feed, body = _frames_feed(labels, noise), {"bone_lengths": np.asarray(lengths, np.float32)}
         given = start.shape[1]
         for t in range(given):
-            new = run_file(self.path, names, {name: array[:, t : t + 1] for name, array in feed.items()} | states | body)
+            new = run_file(
+                self.path,
+                names,
+                {name: array[:, t : t + 1] for name, array in feed.items()} | states | body,
+            )
             states = dict(zip(STATE_NAMES, new, strict=True)) | {"previous": native[:, t]}
-        made = run_file(self.path, RESULTS, {name: array[:, given:] for name, array in feed.items()} | states | body)
-        joints, rotations = checked_results(self.path, made, (len(labels), labels.shape[1] - given, *np.shape(lengths)[1:], 3))
+        made = run_file(
+            self.path,
+            RESULTS,
+            {name: array[:, given:] for name, array in feed.items()} | states | body,
+        )
+        joints, rotations = checked_results(
+            self.path, made, (len(labels), labels.shape[1] - given, *np.shape(lengths)[1:], 3)
+        )
         return join_start(start, joints + start[:, :1, :1], rotations, self.card.skeleton)
 
 
 def _frames_feed(labels: IntArray, noise: FloatArray) -> dict[str, np.ndarray]:
-    """Inputs of a step graph with a column a frame: labels (N, T), noise (N, T, Z) and the time counter (N, T) in (0, 1]."""
+    """Inputs of a step graph with a column a frame: labels (N, T), noise (N, T, Z) and the time
+    counter (N, T) in (0, 1]."""
     count, frames = labels.shape
     time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
-    return {"noise": np.asarray(noise, dtype=np.float32), "actions": np.asarray(labels, dtype=np.int64), "time": time}
+    return {
+        "noise": np.asarray(noise, dtype=np.float32),
+        "actions": np.asarray(labels, dtype=np.int64),
+        "time": time,
+    }

@@ -22,13 +22,15 @@ AROUND_SECONDS = 0.25
 
 
 def strides(speed: FloatArray) -> FloatArray:
-    """How many times as long steps are at a tempo of `speed` times the recorded one: its root, as people share it between length and cadence."""
+    """How many times as long steps are at a tempo of `speed` times the recorded one: its root, as
+    people share it between length and cadence."""
     longer: FloatArray = np.clip(np.sqrt(speed), 1.0, LONGEST)
     return longer
 
 
 def lengthened(motion: Motion, stride: FloatArray) -> Motion:
-    """The clip or batch with steps `stride` (T,) times as long, where it travels: the root's way and the feet's along it; bones keep their lengths."""
+    """The clip or batch with steps `stride` (T,) times as long, where it travels: the root's way
+    and the feet's along it; bones keep their lengths."""
     if np.max(stride) <= 1:
         return motion
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
@@ -51,7 +53,14 @@ def lengthened(motion: Motion, stride: FloatArray) -> Motion:
     joints[..., 2] += moved[..., None, 1]
     for (hip, knee, ankle, toe), target in zip(legs_of(skeleton), feet, strict=True):
         foot = joints[..., toe, :] - joints[..., ankle, :]
-        joints[..., knee, :], joints[..., ankle, :] = bend_to(joints[..., hip, :], joints[..., knee, :], joints[..., ankle, :], target)
+        joints[..., knee, :], joints[..., ankle, :] = bend_to(
+            joints[..., hip, :], joints[..., knee, :], joints[..., ankle, :], target
+        )
         joints[..., toe, :] = joints[..., ankle, :] + foot
     rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
-    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotations, root=joints[..., 0, :].astype(np.float32))
+    return dataclasses.replace(
+        motion,
+        joints=joints.astype(np.float32),
+        rotations=rotations,
+        root=joints[..., 0, :].astype(np.float32),
+    )

@@ -77,11 +77,13 @@ class Moments:
         return float(np.interp(time * self.fps, np.arange(len(self.at)), self.at))
 
 
-def read_timeline(source: str | os.PathLike[str], vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
+def read_timeline(
+    source: str | os.PathLike[str], vocabulary: Vocabulary
+) -> tuple[list[Step], list[Match]]:
     """The steps of a YAML file, and what each was taken for.
 
-    It is a list of ``{action: ..., style: ..., seconds: ..., frames: ..., seed: ..., speed: ...}``: action and style are words as in a
-    prompt, the other entries those of `Step`.
+    It is a list of ``{action: ..., style: ..., seconds: ..., frames: ..., seed: ..., speed: ...}``:
+    action and style are words as in a prompt, the other entries those of `Step`.
 
     Raises
     ------
@@ -93,26 +95,38 @@ def read_timeline(source: str | os.PathLike[str], vocabulary: Vocabulary) -> tup
     content = parse_yaml(data, source, "timeline", expected)
     if not isinstance(content, list) or not content:
         raise InputError(f"{source} is no timeline (no list of steps); expected {expected}")
-    found = [_timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)]
+    found = [
+        _timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)
+    ]
     return [step for step, _ in found], [match for _, match in found]
 
 
-def _timed_step(number: int, entry: object, source: object, vocabulary: Vocabulary) -> tuple[Step, Match]:
+def _timed_step(
+    number: int, entry: object, source: object, vocabulary: Vocabulary
+) -> tuple[Step, Match]:
     where = f"step {number} of {source}"
     if not isinstance(entry, dict) or not isinstance(entry.get("action"), str):
-        raise InputError(f"{where} is {brief(entry)}; expected names and values, such as action: walk")
+        raise InputError(
+            f"{where} is {brief(entry)}; expected names and values, such as action: walk"
+        )
     kinds: dict[str, type | tuple[type, ...]] = {
         "action": str, "style": str, "seconds": (int, float), "speed": (int, float), "frames": int, "seed": int
     }  # fmt: skip
     for name, value in entry.items():
         if name not in kinds:
-            raise InputError(f"{where} has the unknown entry {brief(name)}; expected {', '.join(kinds)}")
+            raise InputError(
+                f"{where} has the unknown entry {brief(name)}; expected {', '.join(kinds)}"
+            )
         fits = isinstance(value, kinds[name]) and not isinstance(value, bool)
         if not fits or (name == "seed" and not 0 <= int(value) < 2**32):
-            raise InputError(f"{where} has {name}: {brief(value)}; expected {'text' if kinds[name] is str else 'a number'}")
+            raise InputError(
+                f"{where} has {name}: {brief(value)}; expected {'text' if kinds[name] is str else 'a number'}"
+            )
     words = f"{entry['action']} {entry.get('style', '')}".strip()
     if len(words) > MAX_PROMPT:
-        raise InputError(f"{where} has an action of {len(words)} letters; expected at most {MAX_PROMPT}")
+        raise InputError(
+            f"{where} has an action of {len(words)} letters; expected at most {MAX_PROMPT}"
+        )
     match = vocabulary.match(words)
     numbers = {name: entry[name] for name in ("seconds", "frames", "seed") if name in entry}
     return Step(action=match.action, speed=match.speed * entry.get("speed", 1.0), **numbers), match
@@ -129,9 +143,13 @@ def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
     if not steps:
         raise InputError("no action given")
     share = -(-frames // len(steps))
-    counts = [step.frames or (round(step.seconds * fps) if step.seconds else share) for step in steps]
+    counts = [
+        step.frames or (round(step.seconds * fps) if step.seconds else share) for step in steps
+    ]
     if not any(step.frames or step.seconds for step in steps):
-        counts[-1] = max(1, frames - share * (len(steps) - 1))  # as a transition without lengths has it
+        counts[-1] = max(
+            1, frames - share * (len(steps) - 1)
+        )  # as a transition without lengths has it
     counts = [max(1, count) for count in counts]
     if sum(counts) > MAX_FRAMES:
         raise InputError(f"the steps take {sum(counts)} frames; expected at most {MAX_FRAMES}")
@@ -160,7 +178,8 @@ def perform(
     skip_rest : bool
         Actions begin where people get going, see `MotionModel.generate`.
     steerer : callable or None
-        What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is led to.
+        What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is
+        led to.
 
     Raises
     ------
@@ -170,17 +189,30 @@ def perform(
     rate, count = take.fps, take.count
     check_speed(speed)
     lasting = step_frames(steps, frames=take.frames, fps=rate)
-    at, starts, longer = _moments(steps, lasting, ease=EASE_SECONDS * rate, speed=speed, made_for_one=model.fps / rate, travels=steerer is None)
+    at, starts, longer = _moments(
+        steps,
+        lasting,
+        ease=EASE_SECONDS * rate,
+        speed=speed,
+        made_for_one=model.fps / rate,
+        travels=steerer is None,
+    )
     made = int(np.ceil(at[-1] - 1e-6)) + 1
     names = model.check_request([step.action for step in steps], frames=made, count=count)
-    labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
-    body = model.bone_lengths if take.lengths is None else np.asarray(take.lengths, dtype=np.float32)
+    labels = np.array([model.label(name) for name in names])[
+        np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1
+    ]
+    body = (
+        model.bone_lengths if take.lengths is None else np.asarray(take.lengths, dtype=np.float32)
+    )
     noise = _noise_of(steps, starts, take.seed)
     joints, rotations = model.generate(
         np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, fresh=True, skip_rest=skip_rest,
         steerer=None if steerer is None else steerer(Moments(at, rate)),
     )  # fmt: skip
-    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=take.seed, place=steerer is None)
+    motion = model.to_motion(
+        joints, rotations, lengths=body, names=names, seed=take.seed, place=steerer is None
+    )
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     motion = lengthened(motion, longer)
@@ -190,35 +222,57 @@ def perform(
 
 
 def stack_clips(clips: Sequence[Motion]) -> Motion:
-    """Clips of the same length and skeleton as one motion with a leading axis (N, T, ...); the other facts are the first clip's."""
-    stacked = {name: np.stack([getattr(clip, name) for clip in clips]) for name in ("joints", "rotations", "root")}
+    """Clips of the same length and skeleton as one motion with a leading axis (N, T, ...); the
+    other facts are the first clip's."""
+    stacked = {
+        name: np.stack([getattr(clip, name) for clip in clips])
+        for name in ("joints", "rotations", "root")
+    }
     return dataclasses.replace(clips[0], **stacked)
 
 
 def _noise_of(steps: Sequence[Step], starts: FloatArray, seed: int) -> Noise:
-    """Noise of steps that begin with the frames `starts` (S,): of their own seeds where they have them, else of `seed`."""
+    """Noise of steps that begin with the frames `starts` (S,): of their own seeds where they have
+    them, else of `seed`."""
     common = np.random.default_rng(seed)
     own = [common if step.seed is None else np.random.default_rng(step.seed) for step in steps]
 
     def draw(shape: tuple[int, ...], at: int) -> FloatArray:
         if len(shape) < 3:  # a window
-            return own[int(np.searchsorted(starts, at + 1e-6, side="right")) - 1].standard_normal(shape, dtype=np.float32)
+            return own[int(np.searchsorted(starts, at + 1e-6, side="right")) - 1].standard_normal(
+                shape, dtype=np.float32
+            )
         drawn = common.standard_normal(shape, dtype=np.float32)
-        for generator, start, end in zip(own, np.ceil(starts).astype(int), [*np.ceil(starts[1:]).astype(int), shape[1]], strict=True):
+        for generator, start, end in zip(
+            own,
+            np.ceil(starts).astype(int),
+            [*np.ceil(starts[1:]).astype(int), shape[1]],
+            strict=True,
+        ):
             if generator is not common:
-                drawn[:, start:end] = generator.standard_normal((shape[0], end - start, *shape[2:]), dtype=np.float32)
+                drawn[:, start:end] = generator.standard_normal(
+                    (shape[0], end - start, *shape[2:]), dtype=np.float32
+                )
         return drawn
 
     return draw
 
 
 def _moments(
-    steps: Sequence[Step], lasting: Sequence[int], *, ease: float, speed: float, made_for_one: float, travels: bool
+    steps: Sequence[Step],
+    lasting: Sequence[int],
+    *,
+    ease: float,
+    speed: float,
+    made_for_one: float,
+    travels: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """When the frames of a result (T,) take place, in frames of what is made for it, when its steps begin (S,), and how much longer steps are (T,).
+    """When the frames of a result (T,) take place, in frames of what is made for it, when its steps
+    begin (S,), and how much longer steps are (T,).
 
-    `lasting`: frames of each step; `ease`: frames over which the tempo changes; `speed`: the tempo of all; `made_for_one`: frames made for one of a
-    step as recorded. What goes faster takes longer steps (`strides`) where it `travels` freely, and the less quicker ones.
+    `lasting`: frames of each step; `ease`: frames over which the tempo changes; `speed`: the tempo
+    of all; `made_for_one`: frames made for one of a step as recorded. What goes faster takes longer
+    steps (`strides`) where it `travels` freely, and the less quicker ones.
     """
     speeds = np.repeat([step.speed * speed for step in steps], lasting)
     if np.ptp(speeds) > 0:

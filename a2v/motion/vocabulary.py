@@ -1,8 +1,9 @@
 """The actions that can be asked for, searchable by free text.
 
-A prompt's words, in common form (`a2v.motion.lexicon`), are explained by the words of an action's name, or by what else it is called. An action's score is
-the share of them that it explains, each weighed by how few actions have it; words that no action has count against all, by their kind. What the words leave
-open, trigrams in common with the action's descriptions decide.
+A prompt's words, in common form (`a2v.motion.lexicon`), are explained by the words of an action's
+name, or by what else it is called. An action's score is the share of them that it explains, each
+weighed by how few actions have it; words that no action has count against all, by their kind. What
+the words leave open, trigrams in common with the action's descriptions decide.
 """
 
 from __future__ import annotations
@@ -24,13 +25,15 @@ from a2v.motion.model import plain_name
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 
-#: Words that tell kinds of motion apart: an action of another kind than the prompt names is less likely.
+#: Words that tell kinds of motion apart: an action of another kind than the prompt names is less
+#: likely.
 KINDS = frozenset({"walk", "run", "jump", "danc", "climb", "step"})
 #: Tempo, where the chosen action has none of its own.
 TEMPO = {"slow": 0.7, "fast": 1.35}
 
 LEAST_SCORE = 0.55
-"""Below it a prompt is refused: calibrated on the development half of ``tests/motion/words.csv`` (docs/results/words.md)."""
+"""Below it a prompt is refused: calibrated on the development half of ``tests/motion/words.csv``
+(docs/results/words.md)."""
 UNEXPLAINED_NAME = 0.6
 """How much a word of the action's name that the prompt lacks counts against it."""
 ANOTHER_NAME = 0.1
@@ -41,7 +44,8 @@ KIND_SHARE = 0.5
 HINT_SHARE = 0.8
 """How much of a word what else an action is called explains."""
 PLACED_WORD = 0.4
-"""Share of its weight that a word has which says where something takes place ("stand up from the floor"), for actions that do not have it."""
+"""Share of its weight that a word has which says where something takes place ("stand up from the
+floor"), for actions that do not have it."""
 ADVERB = 0.4
 """The same of words that say how: "listen carefully"."""
 HINT = 0.55
@@ -50,7 +54,8 @@ TEMPO_WEIGHT = 0.3
 ANIMALS = "Animal Behavior"
 """The family of animals."""
 ANIMAL = 2.0
-"""Weight of the name of an animal that acts, or like which somebody does: whatever an elephant does, it is the elephant's."""
+"""Weight of the name of an animal that acts, or like which somebody does: whatever an elephant
+does, it is the elephant's."""
 DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
 """Least weight of a word of a name that is no tempo and no particle."""
@@ -70,7 +75,9 @@ class UnknownActionError(InputError):
     """
 
     def __init__(self, text: str, nearest: Sequence[str]) -> None:
-        super().__init__(f"'{shorten(text, 80)}' is none of the actions that are known; the nearest are {', '.join(nearest)}")
+        super().__init__(
+            f"'{shorten(text, 80)}' is none of the actions that are known; the nearest are {', '.join(nearest)}"
+        )
         self.text, self.nearest = text, tuple(nearest)
 
 
@@ -97,7 +104,6 @@ class Match:
     speed: float = 1.0
 
 
-
 @dataclass(frozen=True)
 class Vocabulary:
     """The actions of a model or of several sources, searchable by free text.
@@ -111,7 +117,8 @@ class Vocabulary:
     kinds : mapping of str to str
         Family of an action, such as "Walk".
     traits : mapping of str to texts
-        Direction, style and the like: they speak for an action, and nothing is missed where a prompt does not say them.
+        Direction, style and the like: they speak for an action, and nothing is missed where a
+        prompt does not say them.
     aliases : mapping of str to texts
         Other names.
     """
@@ -130,8 +137,16 @@ class Vocabulary:
         return cls(
             card.actions,
             dict(zip(card.actions, card.descriptions, strict=True)) if card.descriptions else {},
-            {action: value for action, own in split.items() for kind, _, value in own if kind == "coarse"},
-            {action: [value for kind, _, value in own if kind != "coarse"] for action, own in split.items()},
+            {
+                action: value
+                for action, own in split.items()
+                for kind, _, value in own
+                if kind == "coarse"
+            },
+            {
+                action: [value for kind, _, value in own if kind != "coarse"]
+                for action, own in split.items()
+            },
             other_names(),
         )
 
@@ -145,7 +160,12 @@ class Vocabulary:
 
     @cached_property
     def _hints(self) -> list[frozenset[str]]:
-        return [frozenset(word for text in self.traits.get(action, ()) for word in canonical_words(text)) for action in self.actions]
+        return [
+            frozenset(
+                word for text in self.traits.get(action, ()) for word in canonical_words(text)
+            )
+            for action in self.actions
+        ]
 
     @cached_property
     def _called(self) -> list[tuple[frozenset[str], ...]]:
@@ -160,9 +180,15 @@ class Vocabulary:
         """How much a word tells, at most 1: the rarer among the actions' names, the more."""
         counts = Counter(word for name in self._names for word in name)
         rarest = math.log(1 + len(self.actions))
-        weights = {word: max(LIGHTEST, math.log(1 + len(self.actions) / count) / rarest) for word, count in counts.items()}
+        weights = {
+            word: max(LIGHTEST, math.log(1 + len(self.actions) / count) / rarest)
+            for word, count in counts.items()
+        }
         others = (word for called in self._called for words in called for word in words)
-        hints = {*others, *(word for words in (*self._kinds, *self._hints) for word in words)} - set(weights)
+        hints = {
+            *others,
+            *(word for words in (*self._kinds, *self._hints) for word in words),
+        } - set(weights)
         weights |= dict.fromkeys(hints, HINT)
         light = dict.fromkeys(TEMPO, TEMPO_WEIGHT) | dict.fromkeys(PARTICLES, PARTICLE)
         return weights | {word: weight for word, weight in light.items() if word in weights}
@@ -173,7 +199,11 @@ class Vocabulary:
 
     @cached_property
     def _animals(self) -> frozenset[str]:
-        animals = (name for action, name in zip(self.actions, self._names, strict=True) if self.kinds.get(action) == ANIMALS)
+        animals = (
+            name
+            for action, name in zip(self.actions, self._names, strict=True)
+            if self.kinds.get(action) == ANIMALS
+        )
         return frozenset().union(*animals)
 
     @cached_property
@@ -187,32 +217,55 @@ class Vocabulary:
         return read_words(text, self.weights)
 
     def rank(self, text: str, without: Collection[str] = ()) -> list[tuple[str, float]]:
-        """Actions with their scores in [0, 1], best first; none that has a word of `without`, stems."""
+        """Actions with their scores in [0, 1], best first; none that has a word of `without`,
+        stems."""
         read = self.read(text)
         words: dict[str, Word] = {}
         for word in read:
-            if word.stem in self.weights and (word.stem not in words or word.sure > words[word.stem].sure):
+            if word.stem in self.weights and (
+                word.stem not in words or word.sure > words[word.stem].sure
+            ):
                 words[word.stem] = word
         against = sum(word.against for word in read if word.stem not in self.weights)
         kinds, own, banned = KINDS & set(words), trigrams(text), frozenset(without)
         led = {stem for stem, word in words.items() if word.leading} & self._animals
         scores = {}
-        for index, (called, kind, hint) in enumerate(zip(self._called, self._kinds, self._hints, strict=True)):
+        for index, (called, kind, hint) in enumerate(
+            zip(self._called, self._kinds, self._hints, strict=True)
+        ):
             if banned & (called[0] | hint):
                 continue
             score = max(self._share(words, name, hint, kind, against) for name in called)
             if kinds and not kinds & (frozenset.union(*called) | kind) and not led & called[0]:
                 score *= OTHER_KIND
-            scores[index] = (1 - DESCRIPTION_SHARE) * score + DESCRIPTION_SHARE * likeness(own, *self._trigrams[index])
+            scores[index] = (1 - DESCRIPTION_SHARE) * score + DESCRIPTION_SHARE * likeness(
+                own, *self._trigrams[index]
+            )
         order = sorted(scores, key=lambda index: (-scores[index], index))
         return [(self.actions[index], scores[index]) for index in order]
 
-    def _share(self, words: Mapping[str, Word], name: frozenset[str], hint: frozenset[str], kind: frozenset[str], against: float) -> float:
-        """How much of the `words` an action of that name, those traits and that family explains, over what is left open on both sides."""
+    def _share(
+        self,
+        words: Mapping[str, Word],
+        name: frozenset[str],
+        hint: frozenset[str],
+        kind: frozenset[str],
+        against: float,
+    ) -> float:
+        """How much of the `words` an action of that name, those traits and that family explains,
+        over what is left open on both sides."""
         explained, total, told = 0.0, against, False
         for stem, word in words.items():
             weight = ANIMAL if word.leading and stem in self._animals else self.weights[stem]
-            share = 1.0 if stem in name else HINT_SHARE if stem in hint else KIND_SHARE if stem in kind else 0.0
+            share = (
+                1.0
+                if stem in name
+                else HINT_SHARE
+                if stem in hint
+                else KIND_SHARE
+                if stem in kind
+                else 0.0
+            )
             explained += weight * word.sure * share
             told = told or (share > 0 and weight > TEMPO_WEIGHT)
             least = 0.0 if stem in self._named else word.against
@@ -236,7 +289,9 @@ class Vocabulary:
         others = tuple(action for action, _ in ranked[: OFFERED + 1])
         if plain_name(text) in plain and not without:
             action = plain[plain_name(text)]
-            return Match(text, action, 1.0, tuple(other for other in others if other != action)[:OFFERED])
+            return Match(
+                text, action, 1.0, tuple(other for other in others if other != action)[:OFFERED]
+            )
         best, score = ranked[0] if ranked else ("", 0.0)
         if score < LEAST_SCORE:
             raise UnknownActionError(text, others[:OFFERED])
@@ -255,7 +310,11 @@ def trigrams(text: str) -> Counter[str]:
 def likeness(one: Counter[str], other: Counter[str], norm: float) -> float:
     """Cosine between two counts, in [0, 1]; `norm`: of `other`."""
     whole = norm * _norm(one)
-    return sum(count * other[gram] for gram, count in one.items() if gram in other) / whole if whole else 0.0
+    return (
+        sum(count * other[gram] for gram, count in one.items() if gram in other) / whole
+        if whole
+        else 0.0
+    )
 
 
 def _norm(counts: Counter[str]) -> float:

@@ -1,4 +1,5 @@
-"""Ways over the ground: paths out of points and drawings, and where somebody who walks along one is at each moment."""
+"""Ways over the ground: paths out of points and drawings, and where somebody who walks along one is
+at each moment."""
 
 from __future__ import annotations
 
@@ -20,13 +21,15 @@ MAX_BYTES = MAX_POINTS * 100
 MIN_METRES = 0.1
 """Shortest path: a shorter one is a place."""
 MAX_METRES = 2000.0
-"""Longest path: a longer one takes more frames than a motion may have; the numbers stay near the origin, too."""
+"""Longest path: a longer one takes more frames than a motion may have; the numbers stay near the
+origin, too."""
 
 SVG_METRES = 0.01
 """Metres of a unit of a drawing."""
 
 ROUNDING = 0.12
-"""Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7 cm."""
+"""Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7
+cm."""
 
 SIDEWAYS = 1.8
 """Acceleration that people turn with, m/s²: they slow down for a corner."""
@@ -54,27 +57,48 @@ class GroundPath:
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points, np.float64)
-        if points.ndim != 2 or points.shape[1:] != (2,) or not 2 <= len(points) <= MAX_POINTS or not np.isfinite(points).all():
-            raise InputError(f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, metres")
+        if (
+            points.ndim != 2
+            or points.shape[1:] != (2,)
+            or not 2 <= len(points) <= MAX_POINTS
+            or not np.isfinite(points).all()
+        ):
+            raise InputError(
+                f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, metres"
+            )
         if np.abs(points).max() > MAX_METRES:
-            raise InputError(f"a point of the path is {np.abs(points).max():g} m away; expected at most {MAX_METRES:g}")
+            raise InputError(
+                f"a point of the path is {np.abs(points).max():g} m away; expected at most {MAX_METRES:g}"
+            )
         if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
-            raise InputError("two points of the path that follow each other are the same; leave one out")
+            raise InputError(
+                "two points of the path that follow each other are the same; leave one out"
+            )
         if not MIN_METRES <= self.lengths[-1] <= MAX_METRES:
-            raise InputError(f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to {MAX_METRES:g}")
+            raise InputError(
+                f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to {MAX_METRES:g}"
+            )
 
     @property
     def lengths(self) -> FloatArray:
         """Way from the first point to each (N,), metres."""
-        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))])
+        return np.concatenate(
+            [[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))]
+        )
 
     def at(self, way: FloatArray) -> FloatArray:
         """Points (..., 2) after a `way` (...), metres; beyond the ends straight on."""
         lengths, points = self.lengths, np.asarray(self.points, np.float64)
         way = np.asarray(way, np.float64)
         inside = np.stack([np.interp(way, lengths, points[:, axis]) for axis in (0, 1)], axis=-1)
-        first, last = (step / np.linalg.norm(step) for step in (points[1] - points[0], points[-1] - points[-2]))
-        placed: FloatArray = inside + np.maximum(way - lengths[-1], 0)[..., None] * last + np.minimum(way, 0)[..., None] * first
+        first, last = (
+            step / np.linalg.norm(step) for step in (points[1] - points[0], points[-1] - points[-2])
+        )
+        placed: FloatArray = (
+            inside
+            + np.maximum(way - lengths[-1], 0)[..., None] * last
+            + np.minimum(way, 0)[..., None] * first
+        )
         return placed
 
 
@@ -103,7 +127,9 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
     grid = np.linspace(0.0, length, max(4, int(length / _GRID) + 1))
     step = grid[1]
     far = int(np.ceil(4 * ROUNDING / step))
-    points = gaussian_filter1d(path.at(np.arange(-far, len(grid) + far) * step), ROUNDING / step, axis=0)[far:-far]
+    points = gaussian_filter1d(
+        path.at(np.arange(-far, len(grid) + far) * step), ROUNDING / step, axis=0
+    )[far:-far]
     turned = np.unwrap(np.arctan2(*np.gradient(points, axis=0).T))
     curved = np.abs(np.gradient(turned, step))
     speed = np.clip(np.sqrt(SIDEWAYS / np.maximum(curved, 1e-6)), SLOWEST * pace, pace)
@@ -125,8 +151,9 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
 def read_path(text: str) -> GroundPath:
     """A path out of points "x,z x,z ...", metres, or out of a file.
 
-    ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``: the first line, polygon, circle or path that is drawn, seen
-    from above, a unit being a centimetre, with its first point at the origin.
+    ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``:
+    the first line, polygon, circle or path that is drawn, seen from above, a unit being a
+    centimetre, with its first point at the origin.
 
     Raises
     ------
@@ -182,8 +209,14 @@ def _read_svg(source: str) -> GroundPath:
         SVGPath.fromstring(data).draw(pen)
         points = _flattened(pen.value)
     if len(points) < 2:
-        raise InputError(f"{source} draws no line; expected a path, polyline, line, polygon, circle or ellipse")
-    kept = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6 / SVG_METRES])]
+        raise InputError(
+            f"{source} draws no line; expected a path, polyline, line, polygon, circle or ellipse"
+        )
+    kept = points[
+        np.concatenate(
+            [[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6 / SVG_METRES]
+        )
+    ]
     return GroundPath((kept - kept[0]) * SVG_METRES)
 
 
@@ -198,7 +231,9 @@ def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> 
         elif name == "lineTo":
             points = np.concatenate([points, ends])
         elif name in ("curveTo", "qCurveTo"):
-            bend = np.broadcast_to(np.concatenate([points[-1:], ends]), (len(share), len(ends) + 1, 2))
+            bend = np.broadcast_to(
+                np.concatenate([points[-1:], ends]), (len(share), len(ends) + 1, 2)
+            )
             while bend.shape[1] > 1:  # de Casteljau, for all shares at once
                 bend = bend[:, :-1] * (1 - share[..., None]) + bend[:, 1:] * share[..., None]
             points = np.concatenate([points, bend[:, 0]])

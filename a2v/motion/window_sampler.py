@@ -13,7 +13,14 @@ from a2v.kinematics.ground import face_forward, heading
 from a2v.motion.beginnings import rests, shifted
 from a2v.motion.card import WindowCard
 from a2v.motion.crossfade import crossfade, lowest
-from a2v.motion.sampling import RESULTS, ClipRequest, WindowRequest, checked_results, join_start, normal_noise
+from a2v.motion.sampling import (
+    RESULTS,
+    ClipRequest,
+    WindowRequest,
+    checked_results,
+    join_start,
+    normal_noise,
+)
 from a2v.motion.steer import CodeReader, Steerer, Steering
 from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
@@ -22,17 +29,21 @@ CHANGE_SECONDS = 0.25
 """Over which one action fades into another."""
 
 SHORT_SHARE = 0.3
-"""Share of a window under which the middle clip of an action is short: somebody who runs through the laboratory, in three seconds at most."""
+"""Share of a window under which the middle clip of an action is short: somebody who runs through
+the laboratory, in three seconds at most."""
 
 ENDING_FRAMES = 2
-"""Frames at the end of a window's motion in which it comes to rest; a window that is gone on from does without them."""
+"""Frames at the end of a window's motion in which it comes to rest; a window that is gone on from
+does without them."""
 
 BROKEN = 20
-"""The shortest clips of an action, one in this many, are never drawn: beside many longer ones they are mostly recordings that broke off (a walk of
-HumanAct12 jumps at 36 m/s, and the model repeats it where that length is asked for). `export/sample.py` and the page do the same."""
+"""The shortest clips of an action, one in this many, are never drawn: beside many longer ones they
+are mostly recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and the model repeats it
+where that length is asked for). `export/sample.py` and the page do the same."""
 
 LOGISTIC = 1.702
-"""The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth: `export/sample.py` and the page can compute it too."""
+"""The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth:
+`export/sample.py` and the page can compute it too."""
 
 
 @dataclass
@@ -56,14 +67,25 @@ class _Done:
     @classmethod
     def empty(cls, count: int, frames: int, joints: int, ahead: int) -> _Done:
         made = np.zeros((count, frames, joints, 3), np.float32)
-        return cls(made, made.copy(), np.zeros((count, ahead, joints, 3), np.float32), np.zeros(count, np.int64))
+        return cls(
+            made,
+            made.copy(),
+            np.zeros((count, ahead, joints, 3), np.float32),
+            np.zeros(count, np.int64),
+        )
 
-    def add(self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray) -> None:
-        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3); what follows them is ahead."""
+    def add(
+        self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray
+    ) -> None:
+        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3);
+        what follows them is ahead."""
         own, fade = np.arange(len(rows))[:, None], np.arange(self.ahead.shape[1])
         at, longest = self.at[rows], int(take.max())
         if (at == at[0]).all() and (take == longest).all() and len(rows) == len(self.at):
-            self.joints[:, at[0] : at[0] + longest], self.rotations[:, at[0] : at[0] + longest] = joints[:, :longest], rotations[:, :longest]
+            self.joints[:, at[0] : at[0] + longest], self.rotations[:, at[0] : at[0] + longest] = (
+                joints[:, :longest],
+                rotations[:, :longest],
+            )
         else:
             wanted = np.arange(longest) < take[:, None]
             clip, frame = np.nonzero(wanted)
@@ -74,7 +96,8 @@ class _Done:
         self.at[rows] = at + take
 
     def last(self, rows: IntArray, count: int) -> FloatArray:
-        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated where there are fewer."""
+        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated
+        where there are fewer."""
         at = np.maximum(self.at[rows][:, None] + np.arange(-count, 0), 0)
         frames: FloatArray = self.joints[rows[:, None], at]
         return frames
@@ -97,23 +120,29 @@ class WindowSampler:
         """
         shares = self.card.active[label]
         if not len(shares):
-            raise InputError(f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose another action")
+            raise InputError(
+                f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose another action"
+            )
         return shares
 
     def active_share(self, label: int) -> float:
-        """Share of a window that clips of an action move where none is drawn: the 90 % quantile of `active_shares`, the median of short ones.
+        """Share of a window that clips of an action move where none is drawn: the 90 % quantile of
+        `active_shares`, the median of short ones.
 
-        The few long ones among short clips are others: people who slow down and stop (docs/results/motion_direction.md).
+        The few long ones among short clips are others: people who slow down and stop
+        (docs/results/motion_direction.md).
         """
         shares = self.active_shares(label)
         middle = float(shares[(len(shares) - 1) // 2])
         return middle if middle < SHORT_SHARE else float(shares[int(0.9 * (len(shares) - 1))])
 
     def drawn_shares(self, label: IntArray, noise: FloatArray, *, following: bool) -> FloatArray:
-        """Shares of a window (N,) float32 that clips of actions (N,) move, drawn from `active_shares` by the last number of their `noise` (N, Z).
+        """Shares of a window (N,) float32 that clips of actions (N,) move, drawn from
+        `active_shares` by the last number of their `noise` (N, Z).
 
-        That is the noise of the code's least coefficient, so that nothing else depends on it. A window that goes on from another is as long as one of the
-        longer half: a clip is gone on with, and not begun again and again.
+        That is the noise of the code's least coefficient, so that nothing else depends on it. A
+        window that goes on from another is as long as one of the longer half: a clip is gone on
+        with, and not begun again and again.
         """
         u = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
         drawn = np.zeros(len(label), np.float32)
@@ -149,7 +178,11 @@ class WindowSampler:
             Constraints for all of the windows.
         """
         count = len(labels)
-        given = np.zeros((count, self.card.context_frames, lengths.shape[1], 3), np.float32) if context is None else context
+        given = (
+            np.zeros((count, self.card.context_frames, lengths.shape[1], 3), np.float32)
+            if context is None
+            else context
+        )
         feed: dict[str, np.ndarray] = {
             "noise": np.asarray(noise, dtype=np.float32),
             "actions": np.asarray(labels, dtype=np.int64),
@@ -159,10 +192,13 @@ class WindowSampler:
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
         made = run_file(self.path, RESULTS, feed, None if steering is None else steering.feed())
-        return checked_results(self.path, made, (count, self.card.window_frames, lengths.shape[1], 3))
+        return checked_results(
+            self.path, made, (count, self.card.window_frames, lengths.shape[1], 3)
+        )
 
     def reader(self, lengths: FloatArray) -> CodeReader:
-        """What the codes of this model say of the joints of a body with bones of `lengths` (J,), native units.
+        """What the codes of this model say of the joints of a body with bones of `lengths` (J,),
+        native units.
 
         Raises
         ------
@@ -171,10 +207,22 @@ class WindowSampler:
         """
         card = self.card
         if not card.steerable:
-            raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
-        shapes = {"context": (1, card.context_frames, len(lengths), 3), "noise": (1, card.latent_size), "bone_lengths": (1, len(lengths))}
-        feed: dict[str, np.ndarray] = {name: np.zeros(shape, np.float32) for name, shape in shapes.items()}
-        feed |= {"active": np.ones(1, np.float32), "has_context": np.zeros(1, np.float32), "actions": np.zeros(1, np.int64)}
+            raise InputError(
+                f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine"
+            )
+        shapes = {
+            "context": (1, card.context_frames, len(lengths), 3),
+            "noise": (1, card.latent_size),
+            "bone_lengths": (1, len(lengths)),
+        }
+        feed: dict[str, np.ndarray] = {
+            name: np.zeros(shape, np.float32) for name, shape in shapes.items()
+        }
+        feed |= {
+            "active": np.ones(1, np.float32),
+            "has_context": np.zeros(1, np.float32),
+            "actions": np.zeros(1, np.int64),
+        }
         basis, mean = run_file(self.path, ["basis", "mean"], feed)
         return CodeReader(
             basis=basis.astype(np.float64),
@@ -188,16 +236,21 @@ class WindowSampler:
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
         """See `Sampler`: windows until all frames are there, noise drawn for each.
 
-        How long each window of each clip moves is drawn (`drawn_shares`), so that the clips of a batch continue each by itself; with a steerer it is
-        what `active_share` says. A window continues the last frames of the one before, which belong to their action: where the action changes, the
-        next window can begin `fresh`, and the first fades into it (`crossfade`).
+        How long each window of each clip moves is drawn (`drawn_shares`), so that the clips of a
+        batch continue each by itself; with a steerer it is what `active_share` says. A window
+        continues the last frames of the one before, which belong to their action: where the action
+        changes, the next window can begin `fresh`, and the first fades into it (`crossfade`).
         """
         labels, steerer = request.labels, request.steerer
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
-        done = _Done.empty(count, frames, len(self.card.joint_names), max(2, round(CHANGE_SECONDS * self.card.fps)))
+        done = _Done.empty(
+            count, frames, len(self.card.joint_names), max(2, round(CHANGE_SECONDS * self.card.fps))
+        )
         if request.start is not None:
-            begun = join_start(request.start, request.start[:, :0], request.start[:, :0], self.card.skeleton)
+            begun = join_start(
+                request.start, request.start[:, :0], request.start[:, :0], self.card.skeleton
+            )
             done.add(np.arange(count), *begun, np.full(count, request.start.shape[1]))
         for end in [*changes, frames]:
             begins = request.fresh and int(done.at.min()) in changes
@@ -209,17 +262,26 @@ class WindowSampler:
                     usable = usable if request.skip_rest else window.usable
                 else:
                     usable = window.usable
-                take = np.where(left <= usable - known, left, np.maximum(usable - ENDING_FRAMES, self.card.context_frames + 4) - known)
+                take = np.where(
+                    left <= usable - known,
+                    left,
+                    np.maximum(usable - ENDING_FRAMES, self.card.context_frames + 4) - known,
+                )
                 if steerer is not None:
                     begun_at = int(done.at[rows].min())
                     take = np.array([steerer.until(begun_at, begun_at + int(take[0])) - begun_at])
-                    new, rotated = _guided(window, steerer, done.joints[:, :begun_at], take=int(take[0]))
+                    new, rotated = _guided(
+                        window, steerer, done.joints[:, :begun_at], take=int(take[0])
+                    )
                 done.add(rows, new[:, known:], rotated[:, known:], take)
                 begins = False
         return done.joints, done.rotations
 
-    def _next_window(self, request: ClipRequest, done: _Done, rows: IntArray, end: int, *, begins: bool) -> _Window:
-        """The window that the clips `rows` continue with, before frame `end`; one that `begins` fades in from what was ahead."""
+    def _next_window(
+        self, request: ClipRequest, done: _Done, rows: IntArray, end: int, *, begins: bool
+    ) -> _Window:
+        """The window that the clips `rows` continue with, before frame `end`; one that `begins`
+        fades in from what was ahead."""
         given, begun = self.card.context_frames, int(done.at[rows].min())
         follows = begun > 0 and not begins
         noise = request.noise((len(request.labels), self.card.latent_size), begun)[rows]
@@ -234,26 +296,41 @@ class WindowSampler:
             share=share,
             noise=noise,
             lengths=request.lengths[rows],
-            usable=np.maximum(np.round(share * self.card.window_frames).astype(np.int64), given + 4),
+            usable=np.maximum(
+                np.round(share * self.card.window_frames).astype(np.int64), given + 4
+            ),
             skip_rest=request.skip_rest and request.steerer is None,
             context=done.last(rows, given) if follows else None,
             before=(done.joints[:, :begun], done.ahead) if begins else None,
         )
 
-    def generate_like_data(self, request: WindowRequest, generator: np.random.Generator) -> FloatArray:
-        """See `Sampler`: how long each clip moves is drawn from the data's distribution for its action."""
+    def generate_like_data(
+        self, request: WindowRequest, generator: np.random.Generator
+    ) -> FloatArray:
+        """See `Sampler`: how long each clip moves is drawn from the data's distribution for its
+        action."""
         if request.frames > self.card.window_frames:
-            raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {request.frames} were requested")
+            raise InputError(
+                f"{self.path.name} makes windows of {self.card.window_frames} frames; {request.frames} were requested"
+            )
         active, headings = request.active, request.headings
         if active is None:
-            active = np.array([generator.choice(self.active_shares(int(label))) for label in request.labels])
+            active = np.array(
+                [generator.choice(self.active_shares(int(label))) for label in request.labels]
+            )
         noise = normal_noise(generator)((len(request.labels), self.card.latent_size), 0)
-        joints = self.run(request.labels, active=active, noise=noise, lengths=request.lengths)[0][:, : request.frames]
+        joints = self.run(request.labels, active=active, noise=noise, lengths=request.lengths)[0][
+            :, : request.frames
+        ]
         if not self.card.headings:
             return joints
         if headings is None:
-            headings = np.array([generator.choice(self.card.headings[int(label)]) for label in request.labels])
-        turned: FloatArray = face_forward(joints, np.stack([np.cos(headings), -np.sin(headings)], axis=-1)).astype(np.float32)
+            headings = np.array(
+                [generator.choice(self.card.headings[int(label)]) for label in request.labels]
+            )
+        turned: FloatArray = face_forward(
+            joints, np.stack([np.cos(headings), -np.sin(headings)], axis=-1)
+        ).astype(np.float32)
         return turned
 
 
@@ -273,7 +350,8 @@ class _Window:
     before : two arrays (n, S, J, 3), (n, F, J, 3), or None
         The frames before it and what would have followed them, if it fades in (see `crossfade`).
     lift : (n,) or None
-        How much the first one was lifted to the height of the frames before; later ones are lifted alike, or constraints for heights would be undone.
+        How much the first one was lifted to the height of the frames before; later ones are lifted
+        alike, or constraints for heights would be undone.
     """
 
     sampler: WindowSampler
@@ -296,13 +374,21 @@ class _Window:
         """Joints and rotations (n, W, J, 3) where they belong, and how many frames (n,) move."""
         card = self.sampler.card
         new, rotated = self.sampler.run(
-            self.label, active=self.share, noise=self.noise, lengths=self.lengths, context=self.context, steering=steering
+            self.label,
+            active=self.share,
+            noise=self.noise,
+            lengths=self.lengths,
+            context=self.context,
+            steering=steering,
         )
         moving = self.usable if self.skip_rest else np.full(len(new), card.window_frames)
         if self.context is not None:
             return new + self.context[:, :1, :1], rotated, moving
         if self.skip_rest:
-            skip = np.minimum(rests(new, card.fps, self.usable), np.maximum(self.usable - card.context_frames - 4, 0))
+            skip = np.minimum(
+                rests(new, card.fps, self.usable),
+                np.maximum(self.usable - card.context_frames - 4, 0),
+            )
             new, rotated = shifted(new, skip), shifted(rotated, skip)
             new, moving = new - new[:, :1, :1], self.usable - skip
         if self.before is not None:
@@ -313,8 +399,11 @@ class _Window:
         return new, rotated, moving
 
 
-def _guided(window: _Window, steerer: Steerer, joints: FloatArray, *, take: int) -> tuple[FloatArray, FloatArray]:
-    """The `window` after `joints` (1, T, J, 3) as `steerer` wants it; its known frames are the last of these."""
+def _guided(
+    window: _Window, steerer: Steerer, joints: FloatArray, *, take: int
+) -> tuple[FloatArray, FloatArray]:
+    """The `window` after `joints` (1, T, J, 3) as `steerer` wants it; its known frames are the last
+    of these."""
     known, skeleton = window.known, window.sampler.card.skeleton
     first = joints.shape[1] - known
     place, yaw = steerer.start

@@ -1,7 +1,9 @@
-"""What each pixel of a person shows of the body, by a network of our own: its place on the body, its depth, and the landmarks in 3D.
+"""What each pixel of a person shows of the body, by a network of our own: its place on the body,
+its depth, and the landmarks in 3D.
 
-The network is BlazePose's, trained on in the studio (`a2v.lab.bodymap`): it knows no person's size, so that all lengths are in
-pixels, and all depths are measured over the floor from the middle of the hips, as in `a2v.types.Subject`.
+The network is BlazePose's, trained on in the studio (`a2v.lab.bodymap`): it knows no person's size,
+so that all lengths are in pixels, and all depths are measured over the floor from the middle of the
+hips, as in `a2v.types.Subject`.
 """
 
 from __future__ import annotations
@@ -31,15 +33,19 @@ GREY = 0.627
 _HALF_SURE = 0.02
 """Expected error of a landmark in the picture at which it counts half, relative to the height."""
 _OVERSURE = np.array([2.0, 0.7])
-"""Errors in the picture and in depth are so many times as large as the network expects: photographs are no studio, but of depth the detector knows little."""
+"""Errors in the picture and in depth are so many times as large as the network expects: photographs
+are no studio, but of depth the detector knows little."""
 _LEAST = 0.006
 _DETECTOR = (0.02, 0.12)
-"""Expected errors of the detector's landmarks in the picture and in depth, relative to the height (docs/research/fitting.md)."""
+"""Expected errors of the detector's landmarks in the picture and in depth, relative to the height
+(docs/research/fitting.md)."""
 _APART = 0.08
 """Landmarks that lie farther apart, relative to the height, are not of one place."""
 
 
-def look_at_body(image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0) -> BodyMap:
+def look_at_body(
+    image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0
+) -> BodyMap:
     """Look at a person twice, as the photo is and mirrored.
 
     Parameters
@@ -67,27 +73,42 @@ def look_at_body(image: ByteArray, mask: FloatArray, *, weights: str | os.PathLi
     read_metadata(path, (FORMAT,), "body map network", threads)
     picture = _square(image, mask, middle, side)
     both = np.stack([picture, picture[:, :, ::-1]])
-    points, scales, maps = open_session(path, threads).run(["points", "log_scales", "maps"], {"picture": both})
-    points[1], scales[1], maps[1] = points[1][MIRRORED_BLAZEPOSE], scales[1][MIRRORED_BLAZEPOSE], maps[1][:, :, ::-1]
+    points, scales, maps = open_session(path, threads).run(
+        ["points", "log_scales", "maps"], {"picture": both}
+    )
+    points[1], scales[1], maps[1] = (
+        points[1][MIRRORED_BLAZEPOSE],
+        scales[1][MIRRORED_BLAZEPOSE],
+        maps[1][:, :, ::-1],
+    )
     points[1, :, 0] = 1 - points[1, :, 0]
     maps[1, 0] *= -1
     return _in_pixels(points.mean(axis=0), scales.mean(axis=0), maps.mean(axis=0), middle, side)
 
 
 def height_in_pixels(landmarks: FloatArray) -> float:
-    """Standing height, pixels, of a person with landmarks (33, 3) in pixels, by the lengths of the limbs."""
+    """Standing height, pixels, of a person with landmarks (33, 3) in pixels, by the lengths of the
+    limbs."""
     lengths = [
-        np.linalg.norm(landmarks[LANDMARK_INDEX[f"{side}_{first}"]] - landmarks[LANDMARK_INDEX[f"{side}_{last}"]]) / ratio
+        np.linalg.norm(
+            landmarks[LANDMARK_INDEX[f"{side}_{first}"]]
+            - landmarks[LANDMARK_INDEX[f"{side}_{last}"]]
+        )
+        / ratio
         for (first, last), ratio in LIMBS_BY_HEIGHT.items()
         for side in ("left", "right")
     ]
     return max(float(np.median(lengths)), 1.0)
 
 
-def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False) -> tuple[FloatArray, FloatArray]:
-    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, and the body map's as one: means by what errors are expected.
+def mended(
+    keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, and the body
+    map's as one: means by what errors are expected.
 
-    The detector has seen more photographs, the network more poses. Where the two lie apart it is the surer one that counts, with less confidence.
+    The detector has seen more photographs, the network more poses. Where the two lie apart it is
+    the surer one that counts, with less confidence.
 
     Parameters
     ----------
@@ -109,29 +130,43 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     height = height_in_pixels(found.landmarks)
     seen = keypoints[:, 2].astype(np.float64)
     own = np.maximum(_OVERSURE * found.landmark_scales / height, _LEAST)
-    theirs = np.stack([_DETECTOR[0] / np.sqrt(np.maximum(seen, 1e-3)), np.full(len(seen), _DETECTOR[1])], axis=1)
+    theirs = np.stack(
+        [_DETECTOR[0] / np.sqrt(np.maximum(seen, 1e-3)), np.full(len(seen), _DETECTOR[1])], axis=1
+    )
     gap = np.linalg.norm(keypoints[:, :2] - found.landmarks[:, :2], axis=1) / height
     share = 1 / (1 + (own / theirs) ** 2)
     apart = gap > _APART
     share[apart] = share[apart, :1] > 0.5  # never between two places
     deep = _depths_in_pixels(keypoints, keypoints_3d)
     if all(leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")):
-        share[:, 1] = 0  # the detector's depths are put upright by people who stand: of them it knows best (docs/research/fitting.md)
+        share[:, 1] = (
+            # the detector's depths are put upright by people who stand: of them it knows best
+            # (docs/research/fitting.md)
+            0
+        )
     share[~np.isfinite(deep), 1] = 1
-    depth = np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep)) + share[:, 1] * found.landmarks[:, 2]
+    depth = (
+        np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep))
+        + share[:, 1] * found.landmarks[:, 2]
+    )
     if keep:
         share[:, 0] = seen <= 0.1
     pixels = share[:, :1] * found.landmarks[:, :2] + (1 - share[:, :1]) * keypoints[:, :2]
     spread = 1 / np.sqrt((1 / own**2 + 1 / theirs**2)[:, 0])
     sure = np.clip(1.3 / (1 + (spread / _HALF_SURE) ** 2), 0.05, 1) * np.where(apart, 0.5, 1)
     places = np.concatenate([pixels, depth[:, None]], axis=1)
-    places = (places - places[HIPS].mean(axis=0)) * (TYPICAL_HEIGHT / height_in_pixels(places)) * np.array([1.0, -1.0, 1.0])
+    places = (
+        (places - places[HIPS].mean(axis=0))
+        * (TYPICAL_HEIGHT / height_in_pixels(places))
+        * np.array([1.0, -1.0, 1.0])
+    )
     told = keypoints if keep else np.concatenate([pixels, sure[:, None]], axis=1)
     return told.astype(np.float32), places.astype(np.float32)
 
 
 def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where it says nothing, or nothing that agrees with the picture."""
+    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where it says nothing,
+    or nothing that agrees with the picture."""
     if not np.isfinite(keypoints_3d).all():
         return np.full(len(keypoints), np.nan)
     _, scale = picture_plane(keypoints, keypoints_3d)
@@ -141,7 +176,8 @@ def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatA
 
 
 def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float) -> FloatArray:
-    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1] of the person before grey, and the mask."""
+    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1] of the person
+    before grey, and the mask."""
     import cv2
 
     zoom = PICTURE / side
@@ -149,18 +185,34 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
     height, width = image.shape[0] // shrink, image.shape[1] // shrink
     small, cover = image, mask.astype(np.float32)
     if shrink > 1:
-        small, cover = (cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA) for picture in (image, cover))
+        small, cover = (
+            cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+            for picture in (image, cover)
+        )
     across, down = image.shape[1] / small.shape[1], image.shape[0] / small.shape[0]
     # centres of pixels lie half a pixel in
     start = middle - side / 2
-    move = np.array([[zoom * across, 0, zoom * (across / 2 - start[0]) - 0.5], [0, zoom * down, zoom * (down / 2 - start[1]) - 0.5]])
-    seen = cv2.warpAffine(small, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    inside = (cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5).astype(np.float32)
-    picture = np.concatenate([before_grey(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1)
+    move = np.array(
+        [
+            [zoom * across, 0, zoom * (across / 2 - start[0]) - 0.5],
+            [0, zoom * down, zoom * (down / 2 - start[1]) - 0.5],
+        ]
+    )
+    seen = cv2.warpAffine(
+        small, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    inside = (cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5).astype(
+        np.float32
+    )
+    picture = np.concatenate(
+        [before_grey(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1
+    )
     return np.ascontiguousarray(picture.transpose(2, 0, 1))
 
 
-def before_grey(picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, grey: float | FloatArray = GREY) -> FloatArray:
+def before_grey(
+    picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, grey: float | FloatArray = GREY
+) -> FloatArray:
     """A picture (H, W, 3) float32 of the person alone.
 
     Parameters
@@ -179,16 +231,23 @@ def before_grey(picture: FloatArray, mask: FloatArray, *, softness: float = 1.0,
     return np.asarray(opacity * picture + (1 - opacity) * grey, np.float32)
 
 
-def _in_pixels(points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float) -> BodyMap:
-    """What the network says of a square around `middle`, in pixels of the photo: landmarks (33, 3), scales (33, 2), maps (9, h, w)."""
-    landmarks = np.concatenate([middle + (points[:, :2] - 0.5) * side, points[:, 2:] * side], axis=1)
+def _in_pixels(
+    points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float
+) -> BodyMap:
+    """What the network says of a square around `middle`, in pixels of the photo: landmarks (33, 3),
+    scales (33, 2), maps (9, h, w)."""
+    landmarks = np.concatenate(
+        [middle + (points[:, :2] - 0.5) * side, points[:, 2:] * side], axis=1
+    )
     return BodyMap(
         landmarks=landmarks.astype(np.float32),
         landmark_scales=(np.exp(log_scales) * side).astype(np.float32),
         places=np.ascontiguousarray(maps[:3].transpose(1, 2, 0), np.float32),
         place_scales=np.exp(np.clip(maps[7], -6, 1)).astype(np.float32),
         depths=np.ascontiguousarray(maps[3:5].transpose(1, 2, 0) * side, np.float32),
-        depth_scales=np.ascontiguousarray(np.exp(np.clip(maps[5:7], -7, 0)).transpose(1, 2, 0) * side, np.float32),
+        depth_scales=np.ascontiguousarray(
+            np.exp(np.clip(maps[5:7], -7, 0)).transpose(1, 2, 0) * side, np.float32
+        ),
         inside=np.asarray(maps[8] > 0),
         corner=(float(middle[0] - side / 2), float(middle[1] - side / 2)),
         step=side / maps.shape[1],

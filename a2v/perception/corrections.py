@@ -1,4 +1,5 @@
-"""What a user corrects of what was seen in a photo: landmarks, which way a limb points, the mask, and who is meant."""
+"""What a user corrects of what was seen in a photo: landmarks, which way a limb points, the mask,
+and who is meant."""
 
 from __future__ import annotations
 
@@ -37,13 +38,18 @@ _NEAR = 0.05
 _ALONG = {
     f"{side}_{joint}": tuple(f"{side}_{name}" for name in names)
     for side in ("left", "right")
-    for joint, names in {"wrist": ("pinky", "index", "thumb"), "ankle": ("heel", "foot_index")}.items()
+    for joint, names in {
+        "wrist": ("pinky", "index", "thumb"),
+        "ankle": ("heel", "foot_index"),
+    }.items()
 }
 """Landmarks of a hand or a foot, which move along with its joint."""
 _LEAST_DEPTH = 0.35
-"""Part of a limb's length by which its ends differ in depth at least, where somebody says which way it points."""
+"""Part of a limb's length by which its ends differ in depth at least, where somebody says which way
+it points."""
 _CORE = 0.7
-"""Part of a stroke's radius within which the mask is certain; between it and the radius the photo's edges count too."""
+"""Part of a stroke's radius within which the mask is certain; between it and the radius the photo's
+edges count too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +78,16 @@ class Corrections:
     Attributes
     ----------
     units : "pixels" or "fractions"
-        Of every position: pixels of the upright photo, u to the right and v down, or fractions of its width and height.
+        Of every position: pixels of the upright photo, u to the right and v down, or fractions of
+        its width and height.
     person : int, (4,) tuple or None
-        Who of several is meant: 1 is the largest; or left, top, right and bottom of a box around them.
+        Who of several is meant: 1 is the largest; or left, top, right and bottom of a box around
+        them.
     landmarks : tuple of (name, u, v)
         BlazePose landmarks; they are certain.
     limbs : tuple of (name, "front" or "back")
-        Bones of `LIMB_BONES`: whether the end away from the trunk lies in front of (nearer to the camera than) the other one, or behind it.
+        Bones of `LIMB_BONES`: whether the end away from the trunk lies in front of (nearer to the
+        camera than) the other one, or behind it.
     strokes : tuple of Stroke
         In the order in which they were drawn.
     """
@@ -91,7 +100,8 @@ class Corrections:
 
     @classmethod
     def of(cls, content: object, source: object = "the corrections") -> Corrections:
-        """Corrections out of YAML or JSON; see docs/perception.md. `source` is what messages call it.
+        """Corrections out of YAML or JSON; see docs/perception.md. `source` is what messages call
+        it.
 
         Raises
         ------
@@ -117,9 +127,21 @@ class Corrections:
     def said(self) -> dict[str, Any]:
         """As plain values, from which `of` makes it; what is empty is left out."""
         person = list(self.person) if isinstance(self.person, tuple) else self.person
-        mask = [{"add" if one.add else "remove": [list(point) for point in one.points], "radius": one.radius} for one in self.strokes]
+        mask = [
+            {
+                "add" if one.add else "remove": [list(point) for point in one.points],
+                "radius": one.radius,
+            }
+            for one in self.strokes
+        ]
         landmarks, limbs = {name: [u, v] for name, u, v in self.landmarks}, dict(self.limbs)
-        parts = {"units": self.units, "person": person, "landmarks": landmarks, "limbs": limbs, "mask": mask}
+        parts = {
+            "units": self.units,
+            "person": person,
+            "landmarks": landmarks,
+            "limbs": limbs,
+            "mask": mask,
+        }
         return {name: value for name, value in parts.items() if value}
 
     def to_yaml(self) -> str:
@@ -141,11 +163,16 @@ class Corrections:
         moved = self.scaled(scale, (0.0, 0.0), float(side))
         for name, u, v in moved.landmarks:
             if not (-width <= u <= 2 * width and -height <= v <= 2 * height):
-                raise InputError(f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the photo's {width} x {height} pixels; are they of this photo?")
+                raise InputError(
+                    f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the photo's {width} x {height} pixels; are they of this photo?"
+                )
         return dataclasses.replace(moved, units="pixels")
 
-    def scaled(self, scale: tuple[float, float], offset: tuple[float, float], radius: float) -> Corrections:
-        """The same where a position p is ``p * scale + offset`` and radii are `radius` times as large."""
+    def scaled(
+        self, scale: tuple[float, float], offset: tuple[float, float], radius: float
+    ) -> Corrections:
+        """The same where a position p is ``p * scale + offset`` and radii are `radius` times as
+        large."""
         (a, b), (c, d) = scale, offset
         if a == b == radius == 1 and c == d == 0:
             return self
@@ -154,7 +181,12 @@ class Corrections:
             person = (person[0] * a + c, person[1] * b + d, person[2] * a + c, person[3] * b + d)
         landmarks = tuple((name, u * a + c, v * b + d) for name, u, v in self.landmarks)
         strokes = tuple(
-            Stroke(points=tuple((u * a + c, v * b + d) for u, v in one.points), radius=one.radius * radius, add=one.add) for one in self.strokes
+            Stroke(
+                points=tuple((u * a + c, v * b + d) for u, v in one.points),
+                radius=one.radius * radius,
+                add=one.add,
+            )
+            for one in self.strokes
         )
         return dataclasses.replace(self, person=person, landmarks=landmarks, strokes=strokes)
 
@@ -168,7 +200,9 @@ def read_corrections(data: bytes, source: object) -> Corrections:
         It is no YAML, too long, or says what cannot be.
     """
     if len(data) > MAX_BYTES:
-        raise InputError(f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of corrections")
+        raise InputError(
+            f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of corrections"
+        )
     return Corrections.of(parse_yaml(data, source, "file of corrections", EXPECTED), source)
 
 
@@ -176,7 +210,8 @@ def read_corrections(data: bytes, source: object) -> Corrections:
 
 
 def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = False) -> FloatArray:
-    """The mask (H, W) float32 with the strokes drawn into it, in pixels of it; of their `core` alone if that is asked."""
+    """The mask (H, W) float32 with the strokes drawn into it, in pixels of it; of their `core`
+    alone if that is asked."""
     import cv2
 
     if not strokes:
@@ -186,15 +221,26 @@ def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = Fa
         touched = np.zeros(mask.shape, np.uint8)
         radius = max(0.5, stroke.radius * (_CORE if core else 1.0))
         points = np.clip(np.round(np.array(stroke.points) * 8), -(2**28), 2**28).astype(np.int32)
-        cv2.polylines(touched, [points[:, None]], False, 1, max(1, min(round(2 * radius), 32767)), cv2.LINE_8, 3)
+        cv2.polylines(
+            touched,
+            [points[:, None]],
+            False,
+            1,
+            max(1, min(round(2 * radius), 32767)),
+            cv2.LINE_8,
+            3,
+        )
         for point in (points[0], points[-1]):
-            cv2.circle(touched, (int(point[0]), int(point[1])), round(8 * radius), 1, -1, cv2.LINE_8, 3)
+            cv2.circle(
+                touched, (int(point[0]), int(point[1])), round(8 * radius), 1, -1, cv2.LINE_8, 3
+            )
         drawn = np.where(touched > 0, np.float32(stroke.add), drawn)
     return np.asarray(drawn, np.float32)
 
 
 def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
-    """Landmarks (33, 3), u, v and confidence, with the given ones in their places and certain; hands and feet move along with wrists and ankles."""
+    """Landmarks (33, 3), u, v and confidence, with the given ones in their places and certain;
+    hands and feet move along with wrists and ankles."""
     if not corrections.landmarks:
         return points
     placed = points.copy()
@@ -206,11 +252,14 @@ def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
     return placed
 
 
-def correct_landmarks(points: FloatArray, points_3d: FloatArray, corrections: Corrections) -> tuple[FloatArray, FloatArray]:
+def correct_landmarks(
+    points: FloatArray, points_3d: FloatArray, corrections: Corrections
+) -> tuple[FloatArray, FloatArray]:
     """Landmarks in the picture and in space as the corrections have them.
 
-    A landmark that is moved far has no depth from then on: what was seen of it was of something else. The bones of `Corrections.limbs` are
-    turned to the said side by the depth that they have, or by what their length in the picture leaves, and what hangs on them moves along.
+    A landmark that is moved far has no depth from then on: what was seen of it was of something
+    else. The bones of `Corrections.limbs` are turned to the said side by the depth that they have,
+    or by what their length in the picture leaves, and what hangs on them moves along.
 
     Parameters
     ----------
@@ -231,18 +280,27 @@ def correct_landmarks(points: FloatArray, points_3d: FloatArray, corrections: Co
     scale = 0.0
     if known.sum() >= 4:
         flat = points[:, :2] * np.array([1.0, -1.0])
-        scale = best_scale(points_3d[known, :2].astype(np.float64), flat[known].astype(np.float64), points[known, 2].astype(np.float64) + 1e-6)
+        scale = best_scale(
+            points_3d[known, :2].astype(np.float64),
+            flat[known].astype(np.float64),
+            points[known, 2].astype(np.float64) + 1e-6,
+        )
     if scale > 1:
         step = (placed[:, :2] - points[:, :2]) / scale
         space[:, :2] += step * np.array([1.0, -1.0])
         space[np.hypot(*step.T) > _NEAR * TYPICAL_HEIGHT] = np.nan
-    for name, way in sorted(corrections.limbs, key=lambda limb: list(LIMB_BONES).index(limb[0])) if scale > 1 else ():
+    for name, way in (
+        sorted(corrections.limbs, key=lambda limb: list(LIMB_BONES).index(limb[0]))
+        if scale > 1
+        else ()
+    ):
         _turn(space, name, WAYS[way])
     return placed.astype(points.dtype), space.astype(points_3d.dtype)
 
 
 def _turn(space: FloatArray, bone: str, sign: float) -> None:
-    """Move the far end of a bone, and what hangs on it, to the front (1) or the back (-1); `space` (33, 3) is changed."""
+    """Move the far end of a bone, and what hangs on it, to the front (1) or the back (-1); `space`
+    (33, 3) is changed."""
     near, far, *hanging = (LANDMARK_INDEX[name] for name in LIMB_BONES[bone])
     if not np.isfinite(space[[near, far]]).all():
         return
@@ -266,7 +324,8 @@ def given_landmarks(corrections: Corrections) -> np.ndarray | None:
 
 
 def told_sides(corrections: Corrections) -> np.ndarray | None:
-    """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where nothing is said."""
+    """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where
+    nothing is said."""
     if not corrections.limbs:
         return None
     ways = dict(corrections.limbs)
@@ -279,7 +338,9 @@ def told_sides(corrections: Corrections) -> np.ndarray | None:
 def _check_names(found: Mapping[Any, Any], known: Sequence[str], source: object, what: str) -> None:
     for name in found:
         if name not in known:
-            raise InputError(f"{source}: unknown {what} {brief(name)}; expected some of {', '.join(known)}")
+            raise InputError(
+                f"{source}: unknown {what} {brief(name)}; expected some of {', '.join(known)}"
+            )
 
 
 def _number(value: object) -> bool:
@@ -287,8 +348,15 @@ def _number(value: object) -> bool:
 
 
 def _place(value: object, far: float, what: str, source: object) -> tuple[float, float]:
-    if not isinstance(value, list | tuple) or len(value) != 2 or not all(map(_number, value)) or max(map(abs, value)) > far:
-        raise InputError(f"{source}: {what} is at {brief(value)}; expected two numbers [u, v], at most {far:g}")
+    if (
+        not isinstance(value, list | tuple)
+        or len(value) != 2
+        or not all(map(_number, value))
+        or max(map(abs, value)) > far
+    ):
+        raise InputError(
+            f"{source}: {what} is at {brief(value)}; expected two numbers [u, v], at most {far:g}"
+        )
     return float(value[0]), float(value[1])
 
 
@@ -297,17 +365,25 @@ def _person(value: object, far: float, source: object) -> int | tuple[float, ...
         return None
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= MAX_PERSON:
         return value
-    if isinstance(value, list | tuple) and len(value) == 4 and all(_number(one) and abs(one) <= far for one in value):
+    if (
+        isinstance(value, list | tuple)
+        and len(value) == 4
+        and all(_number(one) and abs(one) <= far for one in value)
+    ):
         left, top, right, bottom = (float(one) for one in value)
         if left < right and top < bottom:
             return left, top, right, bottom
-    raise InputError(f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box [left, top, right, bottom]")
+    raise InputError(
+        f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box [left, top, right, bottom]"
+    )
 
 
 def _landmarks(value: object, far: float, source: object) -> tuple[tuple[str, float, float], ...]:
     found = {} if value is None else value
     if not isinstance(found, Mapping):
-        raise InputError(f"{source}: landmarks are {brief(found)}; expected a mapping such as {{left_wrist: [510, 380]}}")
+        raise InputError(
+            f"{source}: landmarks are {brief(found)}; expected a mapping such as {{left_wrist: [510, 380]}}"
+        )
     _check_names(found, list(LANDMARK_INDEX), source, "landmark")
     return tuple(sorted((name, *_place(place, far, name, source)) for name, place in found.items()))
 
@@ -315,7 +391,9 @@ def _landmarks(value: object, far: float, source: object) -> tuple[tuple[str, fl
 def _limbs(value: object, source: object) -> tuple[tuple[str, str], ...]:
     found = {} if value is None else value
     if not isinstance(found, Mapping):
-        raise InputError(f"{source}: limbs are {brief(found)}; expected a mapping such as {{left_lower_arm: front}}")
+        raise InputError(
+            f"{source}: limbs are {brief(found)}; expected a mapping such as {{left_lower_arm: front}}"
+        )
     _check_names(found, list(LIMB_BONES), source, "limb")
     for name, way in found.items():
         if not isinstance(way, str) or way not in WAYS:
@@ -326,21 +404,34 @@ def _limbs(value: object, source: object) -> tuple[tuple[str, str], ...]:
 def _strokes(value: object, far: float, source: object) -> tuple[Stroke, ...]:
     found = [] if value is None else value
     if not isinstance(found, list | tuple) or len(found) > MAX_STROKES:
-        raise InputError(f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes such as {{add: [[510, 380], [520, 400]], radius: 12}}")
-    strokes = tuple(_stroke(one, far, f"stroke {number} of the mask", source) for number, one in enumerate(found, 1))
+        raise InputError(
+            f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes such as {{add: [[510, 380], [520, 400]], radius: 12}}"
+        )
+    strokes = tuple(
+        _stroke(one, far, f"stroke {number} of the mask", source)
+        for number, one in enumerate(found, 1)
+    )
     if sum(len(one.points) for one in strokes) > MAX_POINTS:
-        raise InputError(f"{source}: the strokes of the mask have more than {MAX_POINTS} points; draw fewer")
+        raise InputError(
+            f"{source}: the strokes of the mask have more than {MAX_POINTS} points; draw fewer"
+        )
     return strokes
 
 
 def _stroke(value: object, far: float, what: str, source: object) -> Stroke:
     if not isinstance(value, Mapping) or ("add" in value) == ("remove" in value):
-        raise InputError(f"{source}: {what} is {brief(value)}; expected add or remove with points, and a radius")
+        raise InputError(
+            f"{source}: {what} is {brief(value)}; expected add or remove with points, and a radius"
+        )
     _check_names(value, ("add", "remove", "radius"), source, f"part of {what}")
     points, radius = value.get("add", value.get("remove")), value.get("radius")
     if not isinstance(points, list | tuple) or not 1 <= len(points) <= MAX_POINTS:
-        raise InputError(f"{source}: {what} has the points {brief(points)}; expected a list of [u, v]")
+        raise InputError(
+            f"{source}: {what} has the points {brief(points)}; expected a list of [u, v]"
+        )
     if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]  # a number, as was just found
-        raise InputError(f"{source}: {what} has the radius {brief(radius)}; expected a number over 0")
+        raise InputError(
+            f"{source}: {what} has the radius {brief(radius)}; expected a number over 0"
+        )
     places = tuple(_place(point, far, f"a point of {what}", source) for point in points)
     return Stroke(points=places, radius=float(radius), add="add" in value)  # type: ignore[arg-type]

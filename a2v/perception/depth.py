@@ -1,9 +1,12 @@
-"""The detector's depths put upright: what mediapipe errs by alike on every photo, learned from people whose depth is known.
+"""The detector's depths put upright: what mediapipe errs by alike on every photo, learned from
+people whose depth is known.
 
-The detector's 3D keypoints are in the axes of the camera, which looks down on most people, and it holds arms too far to the front: over
-studio photos their depths were 8 cm off in the mean, mostly by a lean of 8 degrees. A linear map from everything that the detector says
-(3D, 2D, confidences) to the depths over the floor of a body model's landmarks takes a third to a half of that away
-(`scripts/fit_depth_correction.py`, which made the shipped file, prints by how much on people who were held out).
+The detector's 3D keypoints are in the axes of the camera, which looks down on most people, and it
+holds arms too far to the front: over studio photos their depths were 8 cm off in the mean, mostly
+by a lean of 8 degrees. A linear map from everything that the detector says (3D, 2D, confidences) to
+the depths over the floor of a body model's landmarks takes a third to a half of that away
+(`scripts/fit_depth_correction.py`, which made the shipped file, prints by how much on people who
+were held out).
 """
 
 from __future__ import annotations
@@ -34,7 +37,8 @@ class DepthCorrection(Record):
         Of the features: they are standardised.
     weights : (198, 33) float32
     offset : (33,) float32
-        Metres: what is added to the detector's depths is ``standardised features @ weights + offset``.
+        Metres: what is added to the detector's depths is ``standardised features @ weights +
+        offset``.
     """
 
     mean: FloatArray
@@ -56,7 +60,8 @@ def load_depth_correction() -> DepthCorrection:
 
 
 def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[FloatArray, float]:
-    """The keypoints in the plane of the picture in the detector's metres, from the middle of the hips (33, 2), y up, and pixels a metre.
+    """The keypoints in the plane of the picture in the detector's metres, from the middle of the
+    hips (33, 2), y up, and pixels a metre.
 
     Parameters
     ----------
@@ -66,24 +71,32 @@ def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[Floa
         Metres, y up.
     """
     pixels = keypoints[:, :2] * np.array([1.0, -1.0])
-    scale = best_scale(keypoints_3d[:, :2].astype(np.float64), pixels, keypoints[:, 2].astype(np.float64) + 1e-6)
+    scale = best_scale(
+        keypoints_3d[:, :2].astype(np.float64), pixels, keypoints[:, 2].astype(np.float64) + 1e-6
+    )
     hips = pixels[HIPS].mean(axis=0)
     return (pixels - hips) / max(scale, 1e-6), scale
 
 
 def detector_features(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """All that the detector says, without the person's place and size in the picture: (198,) float64."""
+    """All that the detector says, without the person's place and size in the picture: (198,)
+    float64."""
     plane, _ = picture_plane(keypoints, keypoints_3d)
     points = keypoints_3d - keypoints_3d[HIPS].mean(axis=0)
-    features: FloatArray = np.concatenate([points.ravel(), plane.ravel(), keypoints[:, 2]]).astype(np.float64)
+    features: FloatArray = np.concatenate([points.ravel(), plane.ravel(), keypoints[:, 2]]).astype(
+        np.float64
+    )
     return features
 
 
-def put_upright(keypoints: FloatArray, keypoints_3d: FloatArray, correction: DepthCorrection | None = None) -> FloatArray:
-    """3D keypoints (33, 3) float32 in the frame of an upright orthographic camera, as `a2v.types.Subject` has them.
+def put_upright(
+    keypoints: FloatArray, keypoints_3d: FloatArray, correction: DepthCorrection | None = None
+) -> FloatArray:
+    """3D keypoints (33, 3) float32 in the frame of an upright orthographic camera, as
+    `a2v.types.Subject` has them.
 
-    x and y are those of the picture, z is corrected; metres from the middle of the hips. Unknown (NaN) ones, and ones that do not agree
-    with the picture at all, stay as they are.
+    x and y are those of the picture, z is corrected; metres from the middle of the hips. Unknown
+    (NaN) ones, and ones that do not agree with the picture at all, stay as they are.
 
     Parameters
     ----------
@@ -101,7 +114,9 @@ def put_upright(keypoints: FloatArray, keypoints_3d: FloatArray, correction: Dep
     if scale < 1.0:
         return points
     correction = correction or load_depth_correction()
-    standard = np.clip((detector_features(keypoints, keypoints_3d) - correction.mean) / correction.scale, -4, 4)
+    standard = np.clip(
+        (detector_features(keypoints, keypoints_3d) - correction.mean) / correction.scale, -4, 4
+    )
     change = standard @ correction.weights + correction.offset
     depth = points[:, 2] - points[HIPS, 2].mean() + change
     upright: FloatArray = np.concatenate([plane, depth[:, None]], axis=1).astype(np.float32)

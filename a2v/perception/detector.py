@@ -18,9 +18,11 @@ from a2v.kinematics.names import MIRRORED_BLAZEPOSE
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _WIDER = (0.0, 0.12, 0.3, 0.6)
-"""Borders to add where nobody is found, shares of the longer side: people who stoop or turn away are found when they are smaller."""
+"""Borders to add where nobody is found, shares of the longer side: people who stoop or turn away
+are found when they are smaller."""
 _CONSPICUOUS = 0.02
-"""Share of the picture that somebody found in this way fills at least; who is smaller is looked for in tiles."""
+"""Share of the picture that somebody found in this way fills at least; who is smaller is looked for
+in tiles."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,13 +50,21 @@ class Detection:
 
     def mirrored(self) -> Detection:
         """The person of whom this one is the mirror image."""
-        keypoints, keypoints_3d = self.keypoints[MIRRORED_BLAZEPOSE], self.keypoints_3d[MIRRORED_BLAZEPOSE]
+        keypoints, keypoints_3d = (
+            self.keypoints[MIRRORED_BLAZEPOSE],
+            self.keypoints_3d[MIRRORED_BLAZEPOSE],
+        )
         keypoints[:, 0] = self.mask.shape[1] - keypoints[:, 0]
         keypoints_3d[:, 0] *= -1
-        return Detection(keypoints=keypoints, keypoints_3d=keypoints_3d, mask=np.ascontiguousarray(self.mask[:, ::-1]))
+        return Detection(
+            keypoints=keypoints,
+            keypoints_3d=keypoints_3d,
+            mask=np.ascontiguousarray(self.mask[:, ::-1]),
+        )
 
     def scaled(self, scale: float, offset: tuple[float, float], size: tuple[int, int]) -> Detection:
-        """The same person where a pixel p of this picture is ``p * scale + offset`` of one of `size` (width, height)."""
+        """The same person where a pixel p of this picture is ``p * scale + offset`` of one of
+        `size` (width, height)."""
         import cv2
 
         keypoints = self.keypoints.copy()
@@ -68,12 +78,14 @@ class Detection:
 
 
 _REMARK = re.compile(rb"(INFO|WARNING|libEGL warning|MESA[\w-]*): |[IW]\d{4}")
-"""How lines of mediapipe's C++ (absl, TensorFlow Lite) and of graphics libraries begin that tell of no error."""
+"""How lines of mediapipe's C++ (absl, TensorFlow Lite) and of graphics libraries begin that tell of
+no error."""
 
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep remarks off the process's stderr: mediapipe's C++ logs there past every Python setting. Lines that are no remarks follow at the end."""
+    """Keep remarks off the process's stderr: mediapipe's C++ logs there past every Python setting.
+    Lines that are no remarks follow at the end."""
     sys.stderr.flush()
     saved = os.dup(2)
     with tempfile.TemporaryFile() as kept:
@@ -114,15 +126,24 @@ class Solution:
             self._graph.close()
 
 
-def cut_square(image: ByteArray, middle: FloatArray, half: float, pixels: int) -> tuple[ByteArray, float]:
-    """A square of `image` (H, W, 3) around `middle` (2,), `half` its side, both in pixels; (pixels, pixels, 3), and its pixels per pixel of the image."""
+def cut_square(
+    image: ByteArray, middle: FloatArray, half: float, pixels: int
+) -> tuple[ByteArray, float]:
+    """A square of `image` (H, W, 3) around `middle` (2,), `half` its side, both in pixels; (pixels,
+    pixels, 3), and its pixels per pixel of the image."""
     import cv2
 
     scale = pixels / (2 * half)
-    shift = pixels / 2 - scale * middle + (scale - 1) / 2  # warpAffine counts from the centre of the first pixel
+    shift = (
+        pixels / 2 - scale * middle + (scale - 1) / 2
+    )  # warpAffine counts from the centre of the first pixel
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
     flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-    return np.asarray(cv2.warpAffine(image, matrix, (pixels, pixels), flags=flags, borderMode=cv2.BORDER_REPLICATE)), scale
+    return np.asarray(
+        cv2.warpAffine(
+            image, matrix, (pixels, pixels), flags=flags, borderMode=cv2.BORDER_REPLICATE
+        )
+    ), scale
 
 
 def from_square(points: FloatArray, middle: FloatArray, scale: float, pixels: int) -> FloatArray:
@@ -147,7 +168,10 @@ class Detector(Solution):
 
     def _made(self, solutions: Any) -> Any:
         return solutions.pose.Pose(
-            static_image_mode=True, model_complexity=1, enable_segmentation=True, min_detection_confidence=self.confidence
+            static_image_mode=True,
+            model_complexity=1,
+            enable_segmentation=True,
+            min_detection_confidence=self.confidence,
         )
 
     def one(self, picture: ByteArray) -> Detection | None:
@@ -157,10 +181,21 @@ class Detector(Solution):
             result = self._graph.process(np.ascontiguousarray(picture))
         if result.pose_landmarks is None or result.segmentation_mask is None:
             return None
-        keypoints = np.array([[p.x * width, p.y * height, p.visibility] for p in result.pose_landmarks.landmark], np.float32)
-        outside = (keypoints[:, :2] < 0).any(axis=1) | (keypoints[:, 0] > width) | (keypoints[:, 1] > height)
-        keypoints[:, 2] = np.clip(np.where(outside, np.minimum(keypoints[:, 2], 0.3), keypoints[:, 2]), 0, 1)
-        world = np.array([[p.x, -p.y, -p.z] for p in result.pose_world_landmarks.landmark], np.float32)
+        keypoints = np.array(
+            [[p.x * width, p.y * height, p.visibility] for p in result.pose_landmarks.landmark],
+            np.float32,
+        )
+        outside = (
+            (keypoints[:, :2] < 0).any(axis=1)
+            | (keypoints[:, 0] > width)
+            | (keypoints[:, 1] > height)
+        )
+        keypoints[:, 2] = np.clip(
+            np.where(outside, np.minimum(keypoints[:, 2], 0.3), keypoints[:, 2]), 0, 1
+        )
+        world = np.array(
+            [[p.x, -p.y, -p.z] for p in result.pose_world_landmarks.landmark], np.float32
+        )
         mask = np.clip(np.asarray(result.segmentation_mask, np.float32), 0, 1)
         detection = Detection(keypoints=keypoints, keypoints_3d=world, mask=mask)
         return detection if _is_plausible(detection) else None
@@ -170,36 +205,48 @@ class Detector(Solution):
         return self.one(picture) or self.one_wider(picture)
 
     def one_wider(self, picture: ByteArray) -> Detection | None:
-        """A person who is not found at once, in smaller and mirrored pictures with more around them; the largest, or None."""
+        """A person who is not found at once, in smaller and mirrored pictures with more around
+        them; the largest, or None."""
         import cv2
 
         found: list[Detection] = []
         height, width = picture.shape[:2]
         for share in _WIDER:
             border = round(share * max(height, width))
-            wider = cv2.copyMakeBorder(picture, border, border, border, border, cv2.BORDER_REPLICATE)
+            wider = cv2.copyMakeBorder(
+                picture, border, border, border, border, cv2.BORDER_REPLICATE
+            )
             shrink = max(1.0, max(wider.shape[:2]) / 1024)
             size = (round(wider.shape[1] / shrink), round(wider.shape[0] / shrink))
             smaller = cv2.resize(wider, size, interpolation=cv2.INTER_AREA)
             for mirrored in (False, True):
                 if (person := self.one(smaller[:, ::-1] if mirrored else smaller)) is not None:
                     person = person.mirrored() if mirrored else person
-                    found.append(person.scaled(wider.shape[1] / size[0], (-border, -border), (width, height)))
+                    found.append(
+                        person.scaled(wider.shape[1] / size[0], (-border, -border), (width, height))
+                    )
         return max(found, key=lambda person: person.area, default=None)
 
-    def people(self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None) -> list[Detection]:
+    def people(
+        self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None
+    ) -> list[Detection]:
         """Several people of `picture` (H, W, 3) uint8, largest first, in its pixels.
 
         `full` is the same picture at full resolution, where tiles are cut from.
 
-        Each person found is painted over before the next search, first in the whole picture and then, while nobody
-        was found, in wider ones (`one_wider`) and in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
-        third of its picture.
+        Each person found is painted over before the next search, first in the whole picture and
+        then, while nobody was found, in wider ones (`one_wider`) and in overlapping tiles of a
+        half, a quarter and an eighth of its longer side: mediapipe overlooks people under a third
+        of its picture.
         """
         import cv2
 
         found = self._search(picture, limit)
-        if not found and (person := self.one_wider(picture)) is not None and person.area > _CONSPICUOUS * picture.shape[0] * picture.shape[1]:
+        if (
+            not found
+            and (person := self.one_wider(picture)) is not None
+            and person.area > _CONSPICUOUS * picture.shape[0] * picture.shape[1]
+        ):
             found.append(person)
         size = (picture.shape[1], picture.shape[0])
         full = picture if full is None else full
@@ -214,32 +261,52 @@ class Detector(Solution):
                     tile = full[top : top + side, left : left + side]
                     shrink = max(1.0, side / 512)
                     if shrink > 1:
-                        reduced = (max(1, round(tile.shape[1] / shrink)), max(1, round(tile.shape[0] / shrink)))
+                        reduced = (
+                            max(1, round(tile.shape[1] / shrink)),
+                            max(1, round(tile.shape[0] / shrink)),
+                        )
                         tile = cv2.resize(tile, reduced, interpolation=cv2.INTER_AREA)
                     if float(tile.std(axis=(0, 1)).max()) < 4:  # sky
                         continue
                     for person in self._search(tile, 2):
-                        whole = self._around(full, person.scaled(shrink, (left, top), (1, 1)).keypoints[:, :2], back, size)
-                        placed = whole or person.scaled(shrink * back, (left * back, top * back), size)
-                        if not any(_overlap(placed.mask > 0.5, other.mask > 0.5) > 0.3 for other in found):
+                        whole = self._around(
+                            full,
+                            person.scaled(shrink, (left, top), (1, 1)).keypoints[:, :2],
+                            back,
+                            size,
+                        )
+                        placed = whole or person.scaled(
+                            shrink * back, (left * back, top * back), size
+                        )
+                        if not any(
+                            _overlap(placed.mask > 0.5, other.mask > 0.5) > 0.3 for other in found
+                        ):
                             found.append(placed)
         return sorted(found, key=lambda person: -person.area)
 
-    def _around(self, full: ByteArray, points: FloatArray, back: float, size: tuple[int, int]) -> Detection | None:
+    def _around(
+        self, full: ByteArray, points: FloatArray, back: float, size: tuple[int, int]
+    ) -> Detection | None:
         """Search again around a person whom a tile's edge may have cut."""
         import cv2
 
         low, high = points.min(axis=0), points.max(axis=0)
         middle, half = (low + high) / 2, 0.85 * float((high - low).max())
         left, top = (max(0, int(x)) for x in middle - half)
-        right, bottom = (int(x) for x in np.ceil(np.minimum(middle + half, (full.shape[1], full.shape[0]))))
+        right, bottom = (
+            int(x) for x in np.ceil(np.minimum(middle + half, (full.shape[1], full.shape[0])))
+        )
         tile = full[top:bottom, left:right]
         if min(tile.shape[:2]) < 16:
             return None
         shrink = max(1.0, max(tile.shape[:2]) / 512)
         reduced = (max(1, round(tile.shape[1] / shrink)), max(1, round(tile.shape[0] / shrink)))
         person = self.one(cv2.resize(tile, reduced, interpolation=cv2.INTER_AREA))
-        return None if person is None else person.scaled(shrink * back, (left * back, top * back), size)
+        return (
+            None
+            if person is None
+            else person.scaled(shrink * back, (left * back, top * back), size)
+        )
 
     def _search(self, picture: ByteArray, limit: int) -> list[Detection]:
         import cv2
@@ -255,7 +322,9 @@ class Detector(Solution):
             if (body & taken).sum() > 0.3 * body.sum():  # the ghost of somebody painted over
                 break
             found.append(person)
-            grown = cv2.dilate((person.mask > 0.2).astype(np.uint8), np.ones((9, 9), np.uint8)).astype(bool)
+            grown = cv2.dilate(
+                (person.mask > 0.2).astype(np.uint8), np.ones((9, 9), np.uint8)
+            ).astype(bool)
             taken |= grown
             rest = _paint_over(rest, grown)
         return found
@@ -287,7 +356,8 @@ def _paint_over(picture: ByteArray, region: BoolArray) -> ByteArray:
 
 
 def _is_plausible(person: Detection) -> bool:
-    """Whether the landmarks and the mask speak of the same figure (mediapipe now and then sees one in a texture)."""
+    """Whether the landmarks and the mask speak of the same figure (mediapipe now and then sees one
+    in a texture)."""
     height, width = person.mask.shape
     if person.area < 0.001 * height * width:
         return False

@@ -20,7 +20,8 @@ GLANCES = (
     (0.0, 0.0, 1.0), (0.06, 0.0, 1.0), (-0.06, 0.0, 1.0), (0.0, 0.06, 1.0), (0.0, -0.06, 1.0),
     (0.0, 0.0, 0.88), (0.0, 0.0, 1.14), (0.05, 0.05, 0.94), (-0.05, -0.05, 1.07),
 )  # fmt: skip
-"""Squares at which a face is looked at: to the right, down, and how large, in halves of the square."""
+"""Squares at which a face is looked at: to the right, down, and how large, in halves of the
+square."""
 
 
 class FaceDetector(Solution):
@@ -28,19 +29,27 @@ class FaceDetector(Solution):
 
     def _made(self, solutions: Any) -> Any:
         graph = solutions.face_mesh.FaceMesh(
-            static_image_mode=True, refine_landmarks=True, max_num_faces=1, min_detection_confidence=0.4
+            static_image_mode=True,
+            refine_landmarks=True,
+            max_num_faces=1,
+            min_detection_confidence=0.4,
         )
-        graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
+        graph.process(
+            np.zeros((32, 32, 3), np.uint8)
+        )  # it starts in a thread of its own, and logs what it does
         return graph
 
     def one(self, picture: ByteArray) -> FloatArray | None:
-        """Landmarks (478, 3) float32 of the face in `picture` (H, W, 3) uint8, or None: u, v, pixels, and depth in them, larger is nearer."""
+        """Landmarks (478, 3) float32 of the face in `picture` (H, W, 3) uint8, or None: u, v,
+        pixels, and depth in them, larger is nearer."""
         height, width = picture.shape[:2]
         with silenced():
             found = self._graph.process(np.ascontiguousarray(picture)).multi_face_landmarks
         if not found:
             return None
-        return np.array([[p.x * width, p.y * height, -p.z * width] for p in found[0].landmark], np.float32)
+        return np.array(
+            [[p.x * width, p.y * height, -p.z * width] for p in found[0].landmark], np.float32
+        )
 
 
 def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
@@ -55,7 +64,8 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     Returns
     -------
     (478, 3) float32 or None
-        u, v in pixels of `image`, and depth in the same unit, larger is nearer; None where no face is seen, or one that is too small.
+        u, v in pixels of `image`, and depth in the same unit, larger is nearer; None where no face
+        is seen, or one that is too small.
     """
     head = keypoints[:11]
     if head[:7, 2].min() < 0.5:
@@ -63,11 +73,18 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     apart = float(np.linalg.norm(head[2, :2] - head[5, :2]))
     if apart < LEAST_FACE / 2:
         return None
-    found = look_closely(image, head[:, :2].mean(axis=0), 1.6 * max(float(np.ptp(head[:, :2], axis=0).max()), 1.5 * apart))
+    found = look_closely(
+        image,
+        head[:, :2].mean(axis=0),
+        1.6 * max(float(np.ptp(head[:, :2], axis=0).max()), 1.5 * apart),
+    )
     if found is None:
         return None
     eyes = np.linalg.norm(found[33, :2] - found[263, :2])
-    if eyes < LEAST_FACE or np.linalg.norm(found[[33, 263], :2].mean(axis=0) - head[[2, 5], :2].mean(axis=0)) > eyes:
+    if (
+        eyes < LEAST_FACE
+        or np.linalg.norm(found[[33, 263], :2].mean(axis=0) - head[[2, 5], :2].mean(axis=0)) > eyes
+    ):
         return None
     return found
 
@@ -75,8 +92,8 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 def look_closely(image: ByteArray, middle: FloatArray, half: float) -> FloatArray | None:
     """Landmarks of the face in a square, the median of what the detector sees in `GLANCES` at it.
 
-    One glance is a matter of luck: moved by 3 % of the square, the detector sees the same photo's landmarks elsewhere by up to 5 pixels
-    of a face of 512 (docs/face.md).
+    One glance is a matter of luck: moved by 3 % of the square, the detector sees the same photo's
+    landmarks elsewhere by up to 5 pixels of a face of 512 (docs/face.md).
 
     Parameters
     ----------

@@ -11,23 +11,33 @@ from a2v.perception.detector import Solution, cut_square, from_square, silenced
 from a2v.types import ByteArray, FloatArray
 
 HAND_POINTS = 21
-"""Landmarks of a hand: the wrist, then four of each finger from the thumb to the little one, from the palm to the tip."""
+"""Landmarks of a hand: the wrist, then four of each finger from the thumb to the little one, from
+the palm to the tip."""
 CROP = 256
 """A hand is looked at in a square of so many pixels."""
 LEAST_HAND = 12.0
-"""Hands of which the detector of people sees less than so many pixels between wrist and knuckles are not looked at."""
+"""Hands of which the detector of people sees less than so many pixels between wrist and knuckles
+are not looked at."""
 GLANCES = (0.8, 1.0, 1.25)
 """Squares at which a hand is looked at, in sides of the square."""
 _FAR = 1.0
-"""Where the wrist is farther off than so many lengths of the palm, the hand that is seen is another."""
+"""Where the wrist is farther off than so many lengths of the palm, the hand that is seen is
+another."""
 
 
 class HandDetector(Solution):
     """Mediapipe's hands; use as a context manager."""
 
     def _made(self, solutions: Any) -> Any:
-        graph = solutions.hands.Hands(static_image_mode=True, max_num_hands=1, model_complexity=1, min_detection_confidence=0.4)
-        graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
+        graph = solutions.hands.Hands(
+            static_image_mode=True,
+            max_num_hands=1,
+            model_complexity=1,
+            min_detection_confidence=0.4,
+        )
+        graph.process(
+            np.zeros((32, 32, 3), np.uint8)
+        )  # it starts in a thread of its own, and logs what it does
         return graph
 
     def one(self, picture: ByteArray) -> tuple[FloatArray, str, float] | None:
@@ -47,13 +57,24 @@ class HandDetector(Solution):
             found = self._graph.process(np.ascontiguousarray(picture))
         if not found.multi_hand_landmarks:
             return None
-        points = np.array([[p.x * width, p.y * height, -p.z * width] for p in found.multi_hand_landmarks[0].landmark], np.float32)
+        points = np.array(
+            [
+                [p.x * width, p.y * height, -p.z * width]
+                for p in found.multi_hand_landmarks[0].landmark
+            ],
+            np.float32,
+        )
         side = found.multi_handedness[0].classification[0]
-        return points, "right" if side.label == "Left" else "left", float(side.score)  # it takes pictures to be mirrored
+        return (
+            points,
+            "right" if side.label == "Left" else "left",
+            float(side.score),
+        )  # it takes pictures to be mirrored
 
 
 def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-    """Landmarks of a person's hands: of each the median of what is seen in `GLANCES`, where most of them see a hand of that side at its wrist.
+    """Landmarks of a person's hands: of each the median of what is seen in `GLANCES`, where most of
+    them see a hand of that side at its wrist.
 
     Parameters
     ----------
@@ -64,8 +85,8 @@ def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     Returns
     -------
     (2, 21, 4) float32 or None
-        The left hand and the right one: u, v in pixels of `image`, depth in the same unit, larger is nearer, 0 at the wrist, and 1; zeros for a hand
-        that is not seen. None where neither is.
+        The left hand and the right one: u, v in pixels of `image`, depth in the same unit, larger
+        is nearer, 0 at the wrist, and 1; zeros for a hand that is not seen. None where neither is.
     """
     found = np.zeros((2, HAND_POINTS, 4), np.float32)
     squares = [_square(keypoints, side) for side in ("left", "right")]
@@ -80,16 +101,28 @@ def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 
 
 def _square(keypoints: FloatArray, side: str) -> tuple[FloatArray, FloatArray, float] | None:
-    """The wrist (2,), the middle (2,) of the square in which a hand lies, and half of its side, pixels; None where no hand is to be expected."""
-    wrist, elbow, index, little = (keypoints[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("wrist", "elbow", "index", "pinky"))
+    """The wrist (2,), the middle (2,) of the square in which a hand lies, and half of its side,
+    pixels; None where no hand is to be expected."""
+    wrist, elbow, index, little = (
+        keypoints[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("wrist", "elbow", "index", "pinky")
+    )
     if min(wrist[2], index[2], little[2]) < 0.5:
         return None
     reach = (index[:2] + little[:2]) / 2 - wrist[:2]
-    half = max(0.6 * float(np.linalg.norm(wrist[:2] - elbow[:2])), 1.6 * float(np.linalg.norm(reach)))
+    half = max(
+        0.6 * float(np.linalg.norm(wrist[:2] - elbow[:2])), 1.6 * float(np.linalg.norm(reach))
+    )
     return (wrist[:2], wrist[:2] + reach, half) if half > 2 * LEAST_HAND else None
 
 
-def _look(detector: HandDetector, image: ByteArray, side: str, wrist: FloatArray, middle: FloatArray, half: float) -> FloatArray | None:
+def _look(
+    detector: HandDetector,
+    image: ByteArray,
+    side: str,
+    wrist: FloatArray,
+    middle: FloatArray,
+    half: float,
+) -> FloatArray | None:
     seen = []
     for size in GLANCES:
         picture, scale = cut_square(image, middle.astype(np.float64), half * size, CROP)

@@ -35,33 +35,53 @@ SKELETON_LINES: tuple[tuple[str, str], ...] = (
 
 MAX_JSON_BYTES = 16 << 20
 
-_ARMS = ("nose", None, *(f"{side}_{joint}" for side in ("right", "left") for joint in ("shoulder", "elbow", "wrist")))  # None: neck
+_ARMS = (
+    "nose",
+    None,
+    *(f"{side}_{joint}" for side in ("right", "left") for joint in ("shoulder", "elbow", "wrist")),
+)  # None: neck
 _LEGS = tuple(f"{side}_{joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle"))
 _FACE = ("right_eye", "left_eye", "right_ear", "left_ear")
-_FEET = ("left_foot_index", None, "left_heel", "right_foot_index", None, "right_heel")  # the big toe stands for the foot index
+_FEET = (
+    "left_foot_index",
+    None,
+    "left_heel",
+    "right_foot_index",
+    None,
+    "right_heel",
+)  # the big toe stands for the foot index
 _COCO_18 = (*_ARMS, *_LEGS, *_FACE)
 _BODY_25 = (*_ARMS, None, *_LEGS, *_FACE, *_FEET)  # None: middle of the hips
-_HAND = {2: "thumb", 5: "index", 17: "pinky"}  # knuckles of OpenPose's hand that BlazePose names too
+_HAND = {
+    2: "thumb",
+    5: "index",
+    17: "pinky",
+}  # knuckles of OpenPose's hand that BlazePose names too
 
 
-def read_openpose(data: bytes | str, *, photo_size: tuple[int, int] | None = None, name: str = "keypoints") -> FloatArray:
+def read_openpose(
+    data: bytes | str, *, photo_size: tuple[int, int] | None = None, name: str = "keypoints"
+) -> FloatArray:
     """Read the landmarks of the largest person in a JSON file that OpenPose wrote.
 
-    BODY_25 and COCO-18 layouts (``people[i].pose_keypoints_2d``: x, y, confidence) are told apart by length;
-    knuckles come from ``hand_left_keypoints_2d`` and ``hand_right_keypoints_2d`` where present.
+    BODY_25 and COCO-18 layouts (``people[i].pose_keypoints_2d``: x, y, confidence) are told apart
+    by length; knuckles come from ``hand_left_keypoints_2d`` and ``hand_right_keypoints_2d`` where
+    present.
 
     Parameters
     ----------
     data : bytes or str
         The JSON text itself.
     photo_size : tuple of 2 int, optional
-        Width and height of the photo in pixels; needed only for coordinates that OpenPose scaled to [0, 1].
+        Width and height of the photo in pixels; needed only for coordinates that OpenPose scaled to
+        [0, 1].
     name : str
         What error messages call it.
 
     Returns
     -------
-    (33, 3) float32: u, v in pixels of the upright photo, confidence in [0, 1]; 0 where OpenPose has no such landmark.
+    (33, 3) float32: u, v in pixels of the upright photo, confidence in [0, 1]; 0 where OpenPose has
+    no such landmark.
 
     Raises
     ------
@@ -71,26 +91,38 @@ def read_openpose(data: bytes | str, *, photo_size: tuple[int, int] | None = Non
     expected = "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points (x, y, confidence)"
     if len(data) > MAX_JSON_BYTES:
         raise InputError(f"{name} has {len(data) >> 20} MB; {expected}")
-    document = parse_json(data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data, name, expected.removeprefix("expected "))
+    document = parse_json(
+        data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data,
+        name,
+        expected.removeprefix("expected "),
+    )
     people = document.get("people") if isinstance(document, dict) else None
     if not isinstance(people, list):
         raise InputError(f"{name} has no list 'people'; {expected}")
     if not people:
-        raise InputError(f"{name} lists nobody; run OpenPose on a photo with a person, or leave the keypoints out")
+        raise InputError(
+            f"{name} lists nobody; run OpenPose on a photo with a person, or leave the keypoints out"
+        )
     found = [_read_person(person, name, expected) for person in people]
     best = max(found, key=_extent)
     seen = best[:, 2] > 0
     if seen.sum() < 4:
-        raise InputError(f"{name}: the largest person has {int(seen.sum())} landmarks; at least 4 are needed")
+        raise InputError(
+            f"{name}: the largest person has {int(seen.sum())} landmarks; at least 4 are needed"
+        )
     if np.abs(best[seen, :2]).max() <= 1.0:
         if photo_size is None:
-            raise InputError(f"{name} holds coordinates in [0, 1]; expected pixels (run OpenPose with --keypoint_scale 0)")
+            raise InputError(
+                f"{name} holds coordinates in [0, 1]; expected pixels (run OpenPose with --keypoint_scale 0)"
+            )
         best[:, :2] *= np.asarray(photo_size, np.float32)
     return best
 
 
 def _read_person(person: Any, name: str, expected: str) -> FloatArray:
-    points = _read_points(person.get("pose_keypoints_2d") if isinstance(person, dict) else None, name, expected)
+    points = _read_points(
+        person.get("pose_keypoints_2d") if isinstance(person, dict) else None, name, expected
+    )
     if len(points) not in (18, 25):
         raise InputError(f"{name} has a person of {len(points)} points; {expected}")
     layout = _COCO_18 if len(points) == 18 else _BODY_25

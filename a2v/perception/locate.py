@@ -34,7 +34,8 @@ class Located:
     others : (H, W) bool or None
         Mask of other people.
     boxes : (n, 4) float32 or None
-        Left, top, right, bottom of all who are large enough to be meant, the largest first; None where it is one.
+        Left, top, right, bottom of all who are large enough to be meant, the largest first; None
+        where it is one.
     """
 
     keypoints: FloatArray
@@ -45,11 +46,18 @@ class Located:
 
 
 Who = int | tuple[float, ...] | None
-"""Who of several is meant: a number by size from 1 on, or a box in pixels of the photo; None: the largest."""
+"""Who of several is meant: a number by size from 1 on, or a box in pixels of the photo; None: the
+largest."""
 
 
 def locate(
-    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, *, confidence: float, warnings: list[str], who: Who = None
+    rgb: ByteArray,
+    mask: FloatArray | None,
+    keypoints: FloatArray | None,
+    *,
+    confidence: float,
+    warnings: list[str],
+    who: Who = None,
 ) -> Located:
     """Find the person; `mask` and `keypoints` are what the user has given."""
     height, width = rgb.shape[:2]
@@ -58,19 +66,37 @@ def locate(
     with Detector(confidence) as detector:
         if mask is not None or keypoints is not None:
             if who is not None:
-                raise InputError("the corrections say which person is meant, and a mask or keypoints do as well; leave one of them out")
+                raise InputError(
+                    "the corrections say which person is meant, and a mask or keypoints do as well; leave one of them out"
+                )
             # the user says where the person is: look only there
-            hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
+            hint = (
+                _thicken(keypoints, height, width)
+                if mask is None and keypoints is not None
+                else mask
+            )
             assert hint is not None  # one of the two is given
-            box = crop_box(hint, keypoints if keypoints is not None else None, (width, height), 0.15)
+            box = crop_box(
+                hint, keypoints if keypoints is not None else None, (width, height), 0.15
+            )
             person = _detect_in(detector, rgb, box, hint if mask is not None else None)
-            if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
+            if (
+                person is not None
+                and keypoints is not None
+                and not _agree(person.keypoints, keypoints)
+            ):
                 person = None
             if person is None and keypoints is None:
-                raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
+                raise InputError(
+                    "no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo"
+                )
             points = keypoints if keypoints is not None or person is None else person.keypoints
             assert points is not None
-            points_3d = put_upright(person.keypoints, person.keypoints_3d) if person is not None else unknown_3d
+            points_3d = (
+                put_upright(person.keypoints, person.keypoints_3d)
+                if person is not None
+                else unknown_3d
+            )
             rough = mask if mask is not None else person.mask if person is not None else hint
             return Located(points, points_3d, rough)
 
@@ -79,12 +105,19 @@ def locate(
         if not people:
             raise InputError(NOBODY)
         big = [person for person in people if person.area > 0.15 * people[0].area]
-        number = _meant(who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)])
+        number = _meant(
+            who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)]
+        )
         best = people[number].scaled(scale, (0.0, 0.0), (width, height))
         if len(big) > 1 or number > 0:
             if who is None:
-                warnings.append(f"{len(big)} people are in the photo; the largest is used (give --mask or --corrections to choose another)")
-            union = np.max([person.mask for person in people if person is not people[number]], axis=0) > 0.5
+                warnings.append(
+                    f"{len(big)} people are in the photo; the largest is used (give --mask or --corrections to choose another)"
+                )
+            union = (
+                np.max([person.mask for person in people if person is not people[number]], axis=0)
+                > 0.5
+            )
             others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
         # once more on the person alone: landmarks and mask gain resolution
         box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
@@ -92,8 +125,12 @@ def locate(
         if closer is not None and _agree(closer.keypoints, best.keypoints):
             best = closer
         best = completed(detector, rgb, best, others)
-    boxes = np.array([scale * _box_of(person) for person in big], np.float32) if len(big) > 1 else None
-    return Located(best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others, boxes)
+    boxes = (
+        np.array([scale * _box_of(person) for person in big], np.float32) if len(big) > 1 else None
+    )
+    return Located(
+        best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others, boxes
+    )
 
 
 def _box_of(person: Detection) -> FloatArray:
@@ -101,7 +138,9 @@ def _box_of(person: Detection) -> FloatArray:
     rows, columns = np.nonzero(person.mask > 0.5)
     if len(rows):
         return np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float32)
-    return np.concatenate([person.keypoints[:, :2].min(axis=0), person.keypoints[:, :2].max(axis=0)])
+    return np.concatenate(
+        [person.keypoints[:, :2].min(axis=0), person.keypoints[:, :2].max(axis=0)]
+    )
 
 
 def _meant(who: Who, boxes: list[FloatArray]) -> int:
@@ -116,20 +155,30 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
         return 0
     if isinstance(who, int):
         if who > len(boxes):
-            raise InputError(f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the photo; give a box [left, top, right, bottom] instead")
+            raise InputError(
+                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the photo; give a box [left, top, right, bottom] instead"
+            )
         return who - 1
     shares = []
     for box in boxes:
         low, high = np.maximum(box[:2], who[:2]), np.minimum(box[2:], who[2:])
         common = float(np.prod(np.maximum(high - low, 0)))
-        shares.append(common / (float(np.prod(box[2:] - box[:2])) + (who[2] - who[0]) * (who[3] - who[1]) - common))
+        shares.append(
+            common
+            / (float(np.prod(box[2:] - box[:2])) + (who[2] - who[0]) * (who[3] - who[1]) - common)
+        )
     if max(shares) < _IN_BOX:
-        raise InputError(f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the corrections; draw it around one person, or give --mask")
+        raise InputError(
+            f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the corrections; draw it around one person, or give --mask"
+        )
     return int(np.argmax(shares))
 
 
-def completed(detector: Detector, rgb: ByteArray, person: Detection, others: BoolArray | None) -> Detection:
-    """The person with the parts that the detector has overlooked, and landmarks from another look at all of them, if that is surer."""
+def completed(
+    detector: Detector, rgb: ByteArray, person: Detection, others: BoolArray | None
+) -> Detection:
+    """The person with the parts that the detector has overlooked, and landmarks from another look
+    at all of them, if that is surer."""
     if not may_lack_parts(person):
         return person
     reduced, _ = _reduce(rgb, 1280)
@@ -145,16 +194,23 @@ def completed(detector: Detector, rgb: ByteArray, person: Detection, others: Boo
 
 
 def _detect_in(
-    detector: Detector, rgb: ByteArray, box: tuple[int, int, int, int], mask: FloatArray | None, others: BoolArray | None = None
+    detector: Detector,
+    rgb: ByteArray,
+    box: tuple[int, int, int, int],
+    mask: FloatArray | None,
+    others: BoolArray | None = None,
 ) -> Detection | None:
-    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask is neutralised."""
+    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask
+    is neutralised."""
     import cv2
 
     left, top, right, bottom = box
     height, width = rgb.shape[:2]
     tile = rgb[top:bottom, left:right]
     if mask is not None:
-        cover = cv2.GaussianBlur(mask[top:bottom, left:right], (0, 0), max(1.0, 0.004 * max(tile.shape[:2])))
+        cover = cv2.GaussianBlur(
+            mask[top:bottom, left:right], (0, 0), max(1.0, 0.004 * max(tile.shape[:2]))
+        )
         opacity = np.maximum(cover, mask[top:bottom, left:right])[..., None]
         tile = (tile * opacity + 160 * (1 - opacity)).astype(np.uint8)
     elif others is not None:
@@ -185,7 +241,8 @@ def resize(picture: Any, size: tuple[int, int]) -> Any:
 
 
 def _agree(a: FloatArray, b: FloatArray) -> bool:
-    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's extent."""
+    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's
+    extent."""
     both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
     if both.sum() < 4:
         return False
@@ -194,7 +251,8 @@ def _agree(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
-    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled trunk."""
+    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled
+    trunk."""
     import cv2
 
     canvas = np.zeros((height, width), np.uint8)
@@ -206,7 +264,10 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
         if seen[a] and seen[b]:
             ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]
             cv2.line(canvas, ends[0], ends[1], 255, thick)
-    trunk = [LANDMARK_INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
+    trunk = [
+        LANDMARK_INDEX[name]
+        for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")
+    ]
     if seen[trunk].all():
         cv2.fillConvexPoly(canvas, np.round(keypoints[trunk, :2]).astype(np.int32), 255)
     face = [i for i in range(11) if seen[i]]
@@ -216,7 +277,9 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
     return canvas.astype(np.float32) / 255
 
 
-def crop_box(mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float) -> tuple[int, int, int, int]:
+def crop_box(
+    mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float
+) -> tuple[int, int, int, int]:
     """Left, top, right, bottom around mask and landmarks with a border, inside the photo."""
     rows, columns = np.nonzero(mask > 0.5)
     boxes = [(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)] if len(rows) else []
@@ -230,5 +293,7 @@ def crop_box(mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, in
     high = np.max([box[2:] for box in boxes], axis=0)
     border = margin * float((high - low).max()) + 2
     left, top = (max(0, int(np.floor(x - border))) for x in low)
-    right, bottom = (min(limit, int(np.ceil(x + border))) for x, limit in zip(high, size, strict=True))
+    right, bottom = (
+        min(limit, int(np.ceil(x + border))) for x, limit in zip(high, size, strict=True)
+    )
     return left, top, max(right, left + 1), max(bottom, top + 1)

@@ -9,12 +9,20 @@ import numpy as np
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 
-def refine_mask(image: ByteArray, rough: FloatArray, *, height: float, band: float = 0.015, grabcut_side: int = 640) -> FloatArray:
+def refine_mask(
+    image: ByteArray,
+    rough: FloatArray,
+    *,
+    height: float,
+    band: float = 0.015,
+    grabcut_side: int = 640,
+) -> FloatArray:
     """Refine the rough mask of a person to an alpha matte.
 
-    GrabCut (Rother et al. 2004) moves the contour to the image's edges within a band around the rough one; closed-form matting
-    (Levin et al. 2008) then finds the opacities in a narrow band around the new contour. Where the colours on both
-    sides are alike (black trousers before black) GrabCut has nothing to go by, and its change is taken back.
+    GrabCut (Rother et al. 2004) moves the contour to the image's edges within a band around the
+    rough one; closed-form matting (Levin et al. 2008) then finds the opacities in a narrow band
+    around the new contour. Where the colours on both sides are alike (black trousers before black)
+    GrabCut has nothing to go by, and its change is taken back.
 
     Parameters
     ----------
@@ -61,7 +69,9 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
     result = trimap.copy()
     cv2.setRNGSeed(0)  # GrabCut's k-means draws from OpenCV's generator
     try:
-        cv2.grabCut(small, result, None, np.zeros((1, 65)), np.zeros((1, 65)), 4, cv2.GC_INIT_WITH_MASK)
+        cv2.grabCut(
+            small, result, None, np.zeros((1, 65)), np.zeros((1, 65)), 4, cv2.GC_INIT_WITH_MASK
+        )
     except cv2.error:  # too few samples of one side
         return rough > 0.5
     cut = (result == cv2.GC_FGD) | (result == cv2.GC_PR_FGD)
@@ -70,8 +80,11 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
     return np.asarray(cv2.resize(smooth, (columns, rows), interpolation=cv2.INTER_CUBIC) > 0.5)
 
 
-def _contrast(image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, radius: float) -> FloatArray:
-    """Difference of the mean colours (CIELAB units) just inside and just outside of the contour, near every pixel."""
+def _contrast(
+    image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, radius: float
+) -> FloatArray:
+    """Difference of the mean colours (CIELAB units) just inside and just outside of the contour,
+    near every pixel."""
     import cv2
 
     lab = cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
@@ -80,13 +93,17 @@ def _contrast(image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, rad
     for depth in (depth_in, depth_out):
         weight = ((depth > 0.5 * radius) & (depth < reach)).astype(np.float32)
         total = cv2.GaussianBlur(weight, (0, 0), reach)
-        mean = cv2.GaussianBlur(lab * weight[..., None], (0, 0), reach) / np.maximum(total, 1e-4)[..., None]
+        mean = (
+            cv2.GaussianBlur(lab * weight[..., None], (0, 0), reach)
+            / np.maximum(total, 1e-4)[..., None]
+        )
         means.append(mean)
     return np.asarray(np.linalg.norm(means[0] - means[1], axis=-1))
 
 
 def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
-    """Closed-form matting of the band within `reach` pixels of the contour of `cut`; the rest is certain."""
+    """Closed-form matting of the band within `reach` pixels of the contour of `cut`; the rest is
+    certain."""
     import cv2
 
     with warnings.catch_warnings():
@@ -109,7 +126,9 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     window = (slice(top, bottom), slice(left, right))
     free = unknown[window].ravel()
     known_alpha = alpha[window].ravel()
-    laplacian = cf_laplacian(image[window].astype(np.float64) / 255, epsilon=1e-6, is_known=~free).tocsr()[free]
+    laplacian = cf_laplacian(
+        image[window].astype(np.float64) / 255, epsilon=1e-6, is_known=~free
+    ).tocsr()[free]
     system = laplacian[:, free].tocsc()
     right_side = -laplacian[:, ~free] @ known_alpha[~free]
     # a faint pull to the cut keeps the system regular where a window is all of one colour
@@ -117,8 +136,17 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     system.setdiag(system.diagonal() + weight)
     right_side = right_side + weight * known_alpha[free]
     try:
-        solution = cg(system, right_side, x0=known_alpha[free].copy(), M=ichol(system), rtol=1e-4, maxiter=1000)
-    except ValueError:  # no convergence or a broken-down factorisation: the binary cut is a fair answer
+        solution = cg(
+            system,
+            right_side,
+            x0=known_alpha[free].copy(),
+            M=ichol(system),
+            rtol=1e-4,
+            maxiter=1000,
+        )
+    except (
+        ValueError
+    ):  # no convergence or a broken-down factorisation: the binary cut is a fair answer
         return np.asarray(cv2.GaussianBlur(cut.astype(np.float32), (0, 0), 0.7))
     filled = known_alpha.copy()
     filled[free] = np.clip(solution, 0, 1)
@@ -127,16 +155,21 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
 
 
 def keep_person(mask: BoolArray, *, minimum: float = 0.02) -> BoolArray:
-    """Drop islands under `minimum` of the largest one's area, and fill pinholes (under 0.1 % of the person)."""
+    """Drop islands under `minimum` of the largest one's area, and fill pinholes (under 0.1 % of the
+    person)."""
     import cv2
 
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        mask.astype(np.uint8), connectivity=8
+    )
     if count <= 1:
         return mask
     areas = stats[:, cv2.CC_STAT_AREA].copy()
     areas[0] = 0
     kept = (areas >= minimum * areas.max())[labels] & mask
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((~kept).astype(np.uint8), connectivity=4)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (~kept).astype(np.uint8), connectivity=4
+    )
     holes = stats[:, cv2.CC_STAT_AREA] < max(4.0, 0.001 * kept.sum())
     return np.asarray(kept | (holes[labels] & ~kept))
 

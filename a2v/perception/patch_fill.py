@@ -1,8 +1,10 @@
 """Completion of a picture by patches of its own, from coarse to fine.
 
-After Wexler et al. (TPAMI 2007) and Barnes et al. (PatchMatch, SIGGRAPH 2009): every patch that touches the hole takes the known patch that is
-most like it, and every pixel of the hole the mean of what the patches over it give. A patch may be brighter or darker than its example
-(Darabi et al., Image Melding, SIGGRAPH 2012), so that the gradient of a wall goes on through the hole without bands.
+After Wexler et al. (TPAMI 2007) and Barnes et al. (PatchMatch, SIGGRAPH 2009): every patch that
+touches the hole takes the known patch that is most like it, and every pixel of the hole the mean of
+what the patches over it give. A patch may be brighter or darker than its example (Darabi et al.,
+Image Melding, SIGGRAPH 2012), so that the gradient of a wall goes on through the hole without
+bands.
 """
 
 from __future__ import annotations
@@ -37,13 +39,15 @@ class PatchSettings:
     Attributes
     ----------
     rounds : int
-        Rounds of matching and integrating at the coarsest level; a quarter of them at each finer one, at least one.
+        Rounds of matching and integrating at the coarsest level; a quarter of them at each finer
+        one, at least one.
     brighter : float
         Largest difference of a patch's mean lightness from its example's, CIELAB.
     tinted : float
         The same of a and b.
     level : float
-        Cost of an example that lies the picture's whole height above or below, CIELAB squared: floors and walls change with the height.
+        Cost of an example that lies the picture's whole height above or below, CIELAB squared:
+        floors and walls change with the height.
     seed : int
     """
 
@@ -54,7 +58,9 @@ class PatchSettings:
     seed: int = 0
 
 
-def fill_by_patches(picture: FloatArray, hole: BoolArray, settings: PatchSettings | None = None) -> FloatArray:
+def fill_by_patches(
+    picture: FloatArray, hole: BoolArray, settings: PatchSettings | None = None
+) -> FloatArray:
     """Fill a hole.
 
     Parameters
@@ -67,7 +73,8 @@ def fill_by_patches(picture: FloatArray, hole: BoolArray, settings: PatchSetting
     Returns
     -------
     (H, W, 3) float32
-        `picture` outside of the hole. Where no known patch of 7 by 7 pixels is left, the hole is filled smoothly.
+        `picture` outside of the hole. Where no known patch of 7 by 7 pixels is left, the hole is
+        filled smoothly.
     """
     import cv2
 
@@ -76,8 +83,12 @@ def fill_by_patches(picture: FloatArray, hole: BoolArray, settings: PatchSetting
     while min(levels[-1][1].shape) >= 2 * _LEAST and max(levels[-1][1].shape) > _COARSE:
         colors, missing = levels[-1]
         height, width = (side // 2 for side in missing.shape)
-        share = cv2.resize((~missing).astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
-        known = cv2.resize(colors * ~missing[..., None], (width, height), interpolation=cv2.INTER_AREA)
+        share = cv2.resize(
+            (~missing).astype(np.float32), (width, height), interpolation=cv2.INTER_AREA
+        )
+        known = cv2.resize(
+            colors * ~missing[..., None], (width, height), interpolation=cv2.INTER_AREA
+        )
         levels.append((known / np.maximum(share, 1e-6)[..., None], share < 0.99))
     generator = np.random.default_rng(settings.seed)
     current, places = _shifted(*levels[-1]), None
@@ -87,12 +98,21 @@ def fill_by_patches(picture: FloatArray, hole: BoolArray, settings: PatchSetting
             finer = cv2.resize(current, (width, height), interpolation=cv2.INTER_CUBIC)
             current = np.where(missing[..., None], finer, colors).astype(np.float32)
         last = number == len(levels) - 1
-        current, places = _level(current, missing, places, max(1, settings.rounds >> (2 * number)), settings, generator, sharp=last)
+        current, places = _level(
+            current,
+            missing,
+            places,
+            max(1, settings.rounds >> (2 * number)),
+            settings,
+            generator,
+            sharp=last,
+        )
     return current
 
 
 def _shifted(colors: FloatArray, hole: BoolArray) -> FloatArray:
-    """The hole filled with shifted pieces of the picture (He and Sun, ECCV 2012; OpenCV's shift maps): they keep lines straight, and show seams."""
+    """The hole filled with shifted pieces of the picture (He and Sun, ECCV 2012; OpenCV's shift
+    maps): they keep lines straight, and show seams."""
     import cv2
 
     if not hole.any() or hole.all():
@@ -101,14 +121,24 @@ def _shifted(colors: FloatArray, hole: BoolArray) -> FloatArray:
     lab = cv2.cvtColor(rgb, cv2.COLOR_RGB2Lab)
     filled = lab.copy()
     cv2.xphoto.inpaint(lab, 255 * (~hole).astype(np.uint8), filled, cv2.xphoto.INPAINT_SHIFTMAP)
-    found = cv2.cvtColor(cv2.cvtColor(filled, cv2.COLOR_Lab2RGB).astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
+    found = cv2.cvtColor(
+        cv2.cvtColor(filled, cv2.COLOR_Lab2RGB).astype(np.float32) / 255, cv2.COLOR_RGB2Lab
+    )
     return np.where(hole[..., None], found, colors)
 
 
 def _level(
-    current: FloatArray, hole: BoolArray, places: FloatArray | None, rounds: int, settings: PatchSettings, generator: np.random.Generator, *, sharp: bool
+    current: FloatArray,
+    hole: BoolArray,
+    places: FloatArray | None,
+    rounds: int,
+    settings: PatchSettings,
+    generator: np.random.Generator,
+    *,
+    sharp: bool,
 ) -> tuple[FloatArray, FloatArray | None]:
-    """The picture after some rounds at one level, and where (H, W, 2) each pixel's example is; `sharp`: at last by each pixel's own example alone."""
+    """The picture after some rounds at one level, and where (H, W, 2) each pixel's example is;
+    `sharp`: at last by each pixel's own example alone."""
     import cv2
 
     height, width = hole.shape
@@ -120,16 +150,27 @@ def _level(
     if not len(sources) or not len(targets):
         return current, None
     if places is None:
-        place = sources[generator.integers(0, len(sources), hole.size)].reshape(height, width, 2).astype(np.int32)
+        place = (
+            sources[generator.integers(0, len(sources), hole.size)]
+            .reshape(height, width, 2)
+            .astype(np.int32)
+        )
     else:
-        doubled = cv2.resize(places.astype(np.float32), (width, height), interpolation=cv2.INTER_NEAREST)
+        doubled = cv2.resize(
+            places.astype(np.float32), (width, height), interpolation=cv2.INTER_NEAREST
+        )
         place = (2 * doubled + np.indices(hole.shape).transpose(1, 2, 0) % 2).astype(np.int32)
     allowed = (border & ~touched).astype(np.uint8)
-    wrong = allowed[np.clip(place[..., 0], 0, height - 1), np.clip(place[..., 1], 0, width - 1)] == 0
+    wrong = (
+        allowed[np.clip(place[..., 0], 0, height - 1), np.clip(place[..., 1], 0, width - 1)] == 0
+    )
     place[wrong] = sources[generator.integers(0, len(sources), int(wrong.sum()))]
     near = cv2.distanceTransform(hole.astype(np.uint8), cv2.DIST_L2, 5)
     trust = np.power(1.15, -near.astype(np.float32)) if near.max() < 400 else 1 / (1 + near)
-    limits = np.array([settings.brighter, settings.tinted, settings.tinted, settings.level / height**2], np.float32)
+    limits = np.array(
+        [settings.brighter, settings.tinted, settings.tinted, settings.level / height**2],
+        np.float32,
+    )
     match, slopes = compiled(_match), compiled(_slopes)
     for number in range(rounds):
         finished = number == rounds - 1
@@ -140,18 +181,26 @@ def _level(
         weights = np.exp(-cost / (2 * good)) * trust + np.float32(1e-12)
         across, down, weight = slopes(current, hole, targets, place, weights, HALF)
         example = current
-        current = _integrated(example, hole, across, down, weight, rounds=_ROBUST if finished else 1)
-        if sharp and finished:  # a mean of several examples has no grain: each pixel's own example has
+        current = _integrated(
+            example, hole, across, down, weight, rounds=_ROBUST if finished else 1
+        )
+        if (
+            sharp and finished
+        ):  # a mean of several examples has no grain: each pixel's own example has
             across, down, weight = slopes(example, hole, targets, place, weights, 0)
             grain = _integrated(example, hole, across, down, weight, rounds=1) - current
-            current = current + np.where(hole[..., None], grain - cv2.GaussianBlur(grain, (0, 0), _GRAIN), 0)
+            current = current + np.where(
+                hole[..., None], grain - cv2.GaussianBlur(grain, (0, 0), _GRAIN), 0
+            )
     return current, place
 
 
 def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Two passes over `targets`: each takes a neighbour's example, or one drawn around its own, if that is more alike. Plain loops: compiled by numba.
+    """Two passes over `targets`: each takes a neighbour's example, or one drawn around its own, if
+    that is more alike. Plain loops: compiled by numba.
 
-    `limits` are the largest shifts of the three channels, and the cost of a row of distance squared.
+    `limits` are the largest shifts of the three channels, and the cost of a row of distance
+    squared.
     """
     height, width = allowed.shape
     half = 3
@@ -171,7 +220,9 @@ def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignor
             shift = first / count
             shift = min(max(shift, -limits[c]), limits[c])
             # what a shift takes is not free, or any plain patch would do
-            total += second / count - 2 * shift * first / count + shift * shift + 0.1 * shift * shift
+            total += (
+                second / count - 2 * shift * first / count + shift * shift + 0.1 * shift * shift
+            )
         return total
 
     def take(y, x, sy, sx):  # type: ignore[no-untyped-def]
@@ -193,13 +244,15 @@ def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignor
                 take(y, x, place[y, x - step, 0], place[y, x - step, 1] + step)  # type: ignore[no-untyped-call]
             reach = max(height, width)
             while reach >= 1:
-                down, across = np.random.randint(-reach, reach + 1), np.random.randint(-reach, reach + 1)  # noqa: NPY002
+                down = np.random.randint(-reach, reach + 1)  # noqa: NPY002
+                across = np.random.randint(-reach, reach + 1)  # noqa: NPY002
                 take(y, x, place[y, x, 0] + down, place[y, x, 1] + across)  # type: ignore[no-untyped-call]
                 reach //= 2
 
 
 def _slopes(picture, hole, targets, place, weights, half):  # type: ignore[no-untyped-def]  # compiled by numba
-    """From every pixel of the hole to the next one on the right and below, the mean difference in the examples over it. Plain loops: compiled by numba."""
+    """From every pixel of the hole to the next one on the right and below, the mean difference in
+    the examples over it. Plain loops: compiled by numba."""
     height, width = hole.shape
     across = np.zeros((height, width, 3), np.float32)
     down = np.zeros((height, width, 3), np.float32)
@@ -214,11 +267,15 @@ def _slopes(picture, hole, targets, place, weights, half):  # type: ignore[no-un
                 if (half == 0 or dx < half) and (here or hole[y + dy, x + dx + 1]):
                     weight[y + dy, x + dx, 0] += own
                     for c in range(3):
-                        across[y + dy, x + dx, c] += own * (picture[sy + dy, sx + dx + 1, c] - picture[sy + dy, sx + dx, c])
+                        across[y + dy, x + dx, c] += own * (
+                            picture[sy + dy, sx + dx + 1, c] - picture[sy + dy, sx + dx, c]
+                        )
                 if (half == 0 or dy < half) and (here or hole[y + dy + 1, x + dx]):
                     weight[y + dy, x + dx, 1] += own
                     for c in range(3):
-                        down[y + dy, x + dx, c] += own * (picture[sy + dy + 1, sx + dx, c] - picture[sy + dy, sx + dx, c])
+                        down[y + dy, x + dx, c] += own * (
+                            picture[sy + dy + 1, sx + dx, c] - picture[sy + dy, sx + dx, c]
+                        )
     for y in range(height):
         for x in range(width):
             for c in range(3):
@@ -229,11 +286,21 @@ def _slopes(picture, hole, targets, place, weights, half):  # type: ignore[no-un
     return across, down, weight
 
 
-def _integrated(picture: FloatArray, hole: BoolArray, across: FloatArray, down: FloatArray, weight: FloatArray, *, rounds: int) -> FloatArray:
-    """The picture (H, W, 3) whose hole has these differences to the right and below, and goes over into what is known.
+def _integrated(
+    picture: FloatArray,
+    hole: BoolArray,
+    across: FloatArray,
+    down: FloatArray,
+    weight: FloatArray,
+    *,
+    rounds: int,
+) -> FloatArray:
+    """The picture (H, W, 3) whose hole has these differences to the right and below, and goes over
+    into what is known.
 
-    The sum of the differences' errors is minimised, not of their squares (reweighted in `rounds`): where a piece does not meet the rim there
-    is an edge, and its colour does not spread over the hole.
+    The sum of the differences' errors is minimised, not of their squares (reweighted in `rounds`):
+    where a piece does not meet the rim there is an edge, and its colour does not spread over the
+    hole.
     """
     number = np.full(hole.shape, -1)
     number[hole] = np.arange(hole.sum())
@@ -246,21 +313,36 @@ def _integrated(picture: FloatArray, hole: BoolArray, across: FloatArray, down: 
         firsts.append(np.stack([first[0][asked], first[1][asked]], axis=1))
         seconds.append(np.stack([second[0][asked], second[1][asked]], axis=1))
         steps.append(slope[first][asked])
-    one, two, step = np.concatenate(firsts), np.concatenate(seconds), np.concatenate(steps).astype(np.float64)
+    one, two, step = (
+        np.concatenate(firsts),
+        np.concatenate(seconds),
+        np.concatenate(steps).astype(np.float64),
+    )
     a, b = number[one[:, 0], one[:, 1]], number[two[:, 0], two[:, 1]]
     values = picture.astype(np.float64).copy()
     trusted = np.ones(len(a))
     for _ in range(rounds):
         values[hole] = _solved(values, (one, two), (a, b), step, trusted, values[hole])
-        error = np.linalg.norm(values[two[:, 0], two[:, 1]] - values[one[:, 0], one[:, 1]] - step, axis=1)
+        error = np.linalg.norm(
+            values[two[:, 0], two[:, 1]] - values[one[:, 0], one[:, 1]] - step, axis=1
+        )
         trusted = 1 / (error + _EVEN)
     return values.astype(np.float32)
 
 
-def _solved(values: FloatArray, pairs: tuple[IntArray, IntArray], numbers: tuple[IntArray, IntArray], step: FloatArray, trusted: FloatArray, start: FloatArray) -> FloatArray:
+def _solved(
+    values: FloatArray,
+    pairs: tuple[IntArray, IntArray],
+    numbers: tuple[IntArray, IntArray],
+    step: FloatArray,
+    trusted: FloatArray,
+    start: FloatArray,
+) -> FloatArray:
     """Colours (n, 3) of the hole's pixels by weighted least squares.
 
-    `pairs` are the pixels (m, 2) of each difference, `numbers` (m,) theirs within the hole or -1, `step` (m, 3) the difference `trusted` (m,) its weight, and `start` (n, 3) the colours where nothing else is known.
+    `pairs` are the pixels (m, 2) of each difference, `numbers` (m,) theirs within the hole or -1,
+    `step` (m, 3) the difference `trusted` (m,) its weight, and `start` (n, 3) the colours where
+    nothing else is known.
     """
     from scipy.sparse import coo_matrix
 
@@ -280,4 +362,6 @@ def _solved(values: FloatArray, pairs: tuple[IntArray, IntArray], numbers: tuple
     rows = np.concatenate([np.arange(count), a[both], b[both]])
     columns = np.concatenate([np.arange(count), b[both], a[both]])
     entries = np.concatenate([diagonal, -trusted[both], -trusted[both]])
-    return np.asarray(Cholesky(coo_matrix((entries, (rows, columns)), shape=(count, count))).solve(right))
+    return np.asarray(
+        Cholesky(coo_matrix((entries, (rows, columns)), shape=(count, count))).solve(right)
+    )

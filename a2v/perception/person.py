@@ -11,7 +11,14 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.bodymap import look_at_body, mended
-from a2v.perception.corrections import Corrections, correct_landmarks, draw_strokes, given_landmarks, place_landmarks, told_sides
+from a2v.perception.corrections import (
+    Corrections,
+    correct_landmarks,
+    draw_strokes,
+    given_landmarks,
+    place_landmarks,
+    told_sides,
+)
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize
@@ -38,7 +45,8 @@ class PerceptionSettings:
     hands : bool
         Look for the landmarks of the hands, by which fingers are bent.
     bodymap : bool
-        Look with our own network as well (`a2v.perception.bodymap`): landmarks in 3D, and what part of the body each pixel shows.
+        Look with our own network as well (`a2v.perception.bodymap`): landmarks in 3D, and what part
+        of the body each pixel shows.
     band : float
         How far refinement may move the mask's contour, fraction of the person's height.
     """
@@ -76,7 +84,8 @@ def find_person(
     Parameters
     ----------
     photo : (H, W, 3) or (H, W, 4) uint8
-        Upright, as `decode_photo` gives it. An alpha channel with at least 2 % transparent pixels is taken as the mask.
+        Upright, as `decode_photo` gives it. An alpha channel with at least 2 % transparent pixels
+        is taken as the mask.
     mask : (H, W) bool, uint8 or float in [0, 1], optional
         The person's mask by the user; wins over the alpha channel.
     keypoints : (33, 3), optional
@@ -93,13 +102,25 @@ def find_person(
     given_points = _check_keypoints(keypoints, height, width)
     rgb, warnings = photo[..., :3], list[str]()
     right = (corrections or Corrections()).in_pixels(width, height)
-    seen = locate(rgb, given_mask, given_points, confidence=settings.confidence, warnings=warnings, who=right.person)
+    seen = locate(
+        rgb,
+        given_mask,
+        given_points,
+        confidence=settings.confidence,
+        warnings=warnings,
+        who=right.person,
+    )
     rough = draw_strokes(seen.mask, right.strokes)
     crop = crop_box(rough, place_landmarks(seen.keypoints, right), (width, height), settings.margin)
     image, alpha_crop, told = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
     own = in_crop(right, crop, image)
     near = None if seen.others is None else seen.others[crop[1] : crop[3], crop[0] : crop[2]]
-    alpha_crop = _with_strokes(keep_soft(alpha_crop) if given_mask is not None else _refined(image, alpha_crop, near, settings), own)
+    alpha_crop = _with_strokes(
+        keep_soft(alpha_crop)
+        if given_mask is not None
+        else _refined(image, alpha_crop, near, settings),
+        own,
+    )
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
     points, points_3d = told, seen.keypoints_3d
     if bodymap is not None:
@@ -129,12 +150,15 @@ def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
     """The refined mask with what is certain of the strokes; refused where nobody is left."""
     drawn = draw_strokes(mask, own.strokes, core=True)
     if (drawn > 0.5).sum() < 64:
-        raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
+        raise InputError(
+            "no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask"
+        )
     return drawn
 
 
 def corrected(subject: Subject, corrections: Corrections) -> Subject:
-    """A subject that was found without corrections of landmarks and limbs, with these: as `find_person` gives it, but for face and hands.
+    """A subject that was found without corrections of landmarks and limbs, with these: as
+    `find_person` gives it, but for face and hands.
 
     Raises
     ------
@@ -143,7 +167,13 @@ def corrected(subject: Subject, corrections: Corrections) -> Subject:
     """
     own = in_crop(corrections.in_pixels(*subject.photo_size), subject.crop, subject.image)
     points, points_3d = correct_landmarks(subject.keypoints, subject.keypoints_3d, own)
-    return dataclasses.replace(subject, keypoints=points, keypoints_3d=points_3d, given=given_landmarks(own), sides=told_sides(own))
+    return dataclasses.replace(
+        subject,
+        keypoints=points,
+        keypoints_3d=points_3d,
+        given=given_landmarks(own),
+        sides=told_sides(own),
+    )
 
 
 def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -> Corrections:
@@ -153,19 +183,27 @@ def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -
     return corrections.scaled((a, b), (-left * a, -top * b), math.sqrt(a * b))
 
 
-def _origins(mask_given: bool, keypoints_given: bool, settings: PerceptionSettings) -> dict[str, str]:
+def _origins(
+    mask_given: bool, keypoints_given: bool, settings: PerceptionSettings
+) -> dict[str, str]:
     """Who said what of a subject."""
     return {
         "detector": "mediapipe pose, complexity 1",
         "mask": "given" if mask_given else "detector, refined" if settings.refine else "detector",
-        "keypoints": "given" if keypoints_given else "detector, body map" if settings.bodymap else "detector",
+        "keypoints": "given"
+        if keypoints_given
+        else "detector, body map"
+        if settings.bodymap
+        else "detector",
     }
 
 
 def _size_of(photo: ByteArray) -> tuple[int, int]:
     """Height and width of a photo, or an `InputError`."""
     if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
-        raise InputError(f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)")
+        raise InputError(
+            f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)"
+        )
     return photo.shape[0], photo.shape[1]
 
 
@@ -176,23 +214,34 @@ def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: in
         raise InputError(f"the mask has {got} pixels; expected the photo's {width} x {height}")
     values = mask.astype(np.float32) / (255 if mask.dtype == np.uint8 else 1)
     if not np.isfinite(values).all() or values.min() < 0 or values.max() > 1:
-        raise InputError("the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)")
+        raise InputError(
+            "the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)"
+        )
     if not (values > 0.5).any():
         raise InputError("the mask is empty; expected white where the person is")
     return np.where(keep_person(values > 0.5) | (values <= 0.5), values, 0).astype(np.float32)
 
 
 def _cut_out(
-    rgb: ByteArray, mask: FloatArray, points: FloatArray, crop: tuple[int, int, int, int], max_side: int
+    rgb: ByteArray,
+    mask: FloatArray,
+    points: FloatArray,
+    crop: tuple[int, int, int, int],
+    max_side: int,
 ) -> tuple[ByteArray, FloatArray, FloatArray]:
-    """Picture, mask and landmarks inside `crop`, the longer side reduced to at most `max_side` pixels."""
+    """Picture, mask and landmarks inside `crop`, the longer side reduced to at most `max_side`
+    pixels."""
     left, top, right, bottom = crop
     scale = min(1.0, max_side / max(right - left, bottom - top))
     size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
     points = points.copy()
     points[:, 0] = (points[:, 0] - left) * (size[0] / (right - left))
     points[:, 1] = (points[:, 1] - top) * (size[1] / (bottom - top))
-    return resize(rgb[top:bottom, left:right], size), resize(mask[top:bottom, left:right], size), points
+    return (
+        resize(rgb[top:bottom, left:right], size),
+        resize(mask[top:bottom, left:right], size),
+        points,
+    )
 
 
 def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
@@ -209,8 +258,11 @@ def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
     return mask
 
 
-def _refined(image: ByteArray, rough: FloatArray, others: BoolArray | None, settings: PerceptionSettings) -> FloatArray:
-    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others` (of any resolution) in it, if the settings want that."""
+def _refined(
+    image: ByteArray, rough: FloatArray, others: BoolArray | None, settings: PerceptionSettings
+) -> FloatArray:
+    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others`
+    (of any resolution) in it, if the settings want that."""
     if not settings.refine:
         return rough
     if others is not None:
@@ -224,18 +276,26 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
         return None
     points = np.asarray(keypoints, np.float32)
     if points.shape != (len(BLAZEPOSE), 3) or not np.isfinite(points).all():
-        raise InputError(f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)")
+        raise InputError(
+            f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)"
+        )
     points = points.copy()
     points[:, 2] = np.clip(points[:, 2], 0, 1)
     inside = (points[:, :2] >= 0).all(axis=1) & (points[:, 0] <= width) & (points[:, 1] <= height)
     points[~inside, 2] = np.minimum(points[~inside, 2], 0.3)
     if (inside & (points[:, 2] > 0.1)).sum() < 4:
-        raise InputError(f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?")
+        raise InputError(
+            f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?"
+        )
     return points
 
 
 def _warn(
-    alpha: FloatArray, points: FloatArray, points_3d: FloatArray, crop: tuple[int, int, int, int], size: tuple[int, int]
+    alpha: FloatArray,
+    points: FloatArray,
+    points_3d: FloatArray,
+    crop: tuple[int, int, int, int],
+    size: tuple[int, int],
 ) -> list[str]:
     """What the user should expect of this photo."""
     messages: list[str] = []
@@ -248,15 +308,23 @@ def _warn(
         return bool(line.sum() > max(3.0, 0.02 * tall))
 
     at_bottom = crop[3] >= size[1] and touches(solid[-2:].any(axis=0))
-    feet = [LANDMARK_INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")]
+    feet = [
+        LANDMARK_INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")
+    ]
     feet_out = (points[feet, 1] > alpha.shape[0]).any() and crop[3] >= size[1]
     if feet_out or (at_bottom and conf[feet].max() < 0.9):
-        messages.append("the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off")
+        messages.append(
+            "the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off"
+        )
     elif at_bottom:
         messages.append("the person touches the photo's lower edge: feet may be cut off")
     if crop[1] <= 0 and (touches(solid[:2].any(axis=0)) or points[LANDMARK_INDEX["nose"], 1] < 0):
-        messages.append("the head is cut off by the photo's upper edge: it is guessed from the body model")
-    if (crop[0] <= 0 and touches(solid[:, :2].any(axis=1))) or (crop[2] >= size[0] and touches(solid[:, -2:].any(axis=1))):
+        messages.append(
+            "the head is cut off by the photo's upper edge: it is guessed from the body model"
+        )
+    if (crop[0] <= 0 and touches(solid[:, :2].any(axis=1))) or (
+        crop[2] >= size[0] and touches(solid[:, -2:].any(axis=1))
+    ):
         messages.append("the person is cut off by the photo's side: what lies outside is guessed")
 
     left, right = LANDMARK_INDEX["left_shoulder"], LANDMARK_INDEX["right_shoulder"]
@@ -269,9 +337,13 @@ def _warn(
         flat = float(points[left, 0] - points[right, 0]) / trunk
         yaw = float(np.degrees(np.arccos(np.clip(flat / 0.75, -1, 1))))
     if abs(yaw) > 115:
-        messages.append("the person is turned away from the camera: the unseen front, face included, is guessed")
+        messages.append(
+            "the person is turned away from the camera: the unseen front, face included, is guessed"
+        )
     elif abs(yaw) > 50:
-        messages.append("the person stands sideways: the far arm and the far half are guessed; a photo from the front works better")
+        messages.append(
+            "the person stands sideways: the far arm and the far half are guessed; a photo from the front works better"
+        )
 
     hidden = []
     for side in ("left", "right"):
@@ -279,7 +351,11 @@ def _warn(
         if min(conf[elbow], conf[wrist]) < 0.5:
             hidden.append(side)
     if hidden:
-        messages.append(f"the {' and '.join(hidden)} arm is hidden or outside the photo: its pose is guessed")
+        messages.append(
+            f"the {' and '.join(hidden)} arm is hidden or outside the photo: its pose is guessed"
+        )
     if tall * max(1.0, (crop[3] - crop[1]) / alpha.shape[0]) < 256:
-        messages.append(f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape (400 pixels or more work well)")
+        messages.append(
+            f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape (400 pixels or more work well)"
+        )
     return messages

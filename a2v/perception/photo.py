@@ -30,14 +30,15 @@ _FOCAL = (8.0, 1200.0)
 """Focal lengths that there are, millimetres."""
 
 _FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
-"""Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old Pillows have no AVIF."""
+"""Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old
+Pillows have no AVIF."""
 
 
 def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     """Decode an encoded photo to upright 8-bit sRGB.
 
-    Grey, palette, CMYK, 16-bit and float images are converted; an embedded colour profile is applied; EXIF
-    orientation is applied; of an animation the first frame is taken.
+    Grey, palette, CMYK, 16-bit and float images are converted; an embedded colour profile is
+    applied; EXIF orientation is applied; of an animation the first frame is taken.
 
     Parameters
     ----------
@@ -48,7 +49,8 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 
     Returns
     -------
-    (H, W, 3) uint8, or (H, W, 4) where the photo has an alpha channel that is not opaque everywhere; row 0 is the top.
+    (H, W, 3) uint8, or (H, W, 4) where the photo has an alpha channel that is not opaque
+    everywhere; row 0 is the top.
 
     Raises
     ------
@@ -62,7 +64,8 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 
 
 def focal_length(data: bytes) -> float | None:
-    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimetres; None where they tell none that can be."""
+    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimetres; None
+    where they tell none that can be."""
     from PIL import Image
 
     with warnings.catch_warnings():
@@ -70,13 +73,16 @@ def focal_length(data: bytes) -> float | None:
         try:
             with Image.open(io.BytesIO(data)) as image:
                 told = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
-        except Exception:  # Pillow raises many kinds for damaged tags; a photo is one without them too
+        except (
+            Exception
+        ):  # Pillow raises many kinds for damaged tags; a photo is one without them too
             return None
     return told if _FOCAL[0] <= told <= _FOCAL[1] else None
 
 
 def decode_mask(data: bytes, name: str = "mask") -> FloatArray:
-    """Decode an encoded mask to (H, W) float32 in [0, 1]: its alpha channel where it has one, else its brightness.
+    """Decode an encoded mask to (H, W) float32 in [0, 1]: its alpha channel where it has one, else
+    its brightness.
 
     Raises
     ------
@@ -100,30 +106,41 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
         raise InputError(f"{name} has {len(data) >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     too_large = f"expected at most {MAX_PIXELS // 1_000_000} megapixels; shrink the photo first"
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Pillow warns of sizes that are refused below anyway, and of odd metadata
+        warnings.simplefilter(
+            "ignore"
+        )  # Pillow warns of sizes that are refused below anyway, and of odd metadata
         try:
             Image.init()
-            image: PillowImage = Image.open(io.BytesIO(data), formats=[name for name in _FORMATS if name in Image.OPEN])
+            image: PillowImage = Image.open(
+                io.BytesIO(data), formats=[name for name in _FORMATS if name in Image.OPEN]
+            )
         except Image.DecompressionBombError:
             raise InputError(f"{name} is far too large; {too_large}") from None
         except Exception:  # Pillow's plug-ins raise many kinds for damaged headers
-            raise InputError(f"{name} is not an image that can be read; expected a JPEG, PNG or WebP photo") from None
+            raise InputError(
+                f"{name} is not an image that can be read; expected a JPEG, PNG or WebP photo"
+            ) from None
         width, height = image.size
         if width * height > MAX_PIXELS:
             raise InputError(f"{name} has {width} x {height} pixels; {too_large}")
         if min(width, height) < minimum:
-            raise InputError(f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; use a larger photo")
+            raise InputError(
+                f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; use a larger photo"
+            )
         try:
             image.load()
             return _to_bytes(ImageOps.exif_transpose(_to_srgb(image)))
         except (MemoryError, KeyboardInterrupt):
             raise
         except Exception as error:
-            raise InputError(f"{name} is damaged or truncated ({shorten(error)}); copy or export the photo again") from None
+            raise InputError(
+                f"{name} is damaged or truncated ({shorten(error)}); copy or export the photo again"
+            ) from None
 
 
 def _to_srgb(image: PillowImage) -> PillowImage:
-    """Apply an embedded profile (phones save Display P3, print shops CMYK); a broken profile is ignored."""
+    """Apply an embedded profile (phones save Display P3, print shops CMYK); a broken profile is
+    ignored."""
     from PIL import ImageCms
 
     profile = image.info.get("icc_profile")
@@ -132,7 +149,9 @@ def _to_srgb(image: PillowImage) -> PillowImage:
     try:
         source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
         mode = "RGBA" if image.mode == "RGBA" else "RGB"
-        converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode=mode)
+        converted = ImageCms.profileToProfile(
+            image, source, ImageCms.createProfile("sRGB"), outputMode=mode
+        )
     except (ImageCms.PyCMSError, OSError, ValueError):
         return image
     if converted is None:
@@ -143,7 +162,8 @@ def _to_srgb(image: PillowImage) -> PillowImage:
 
 
 def _depth(highest: float) -> float:
-    """White of whole numbers whose largest is `highest`: that of 8, 16 or 32 bits, whichever holds it."""
+    """White of whole numbers whose largest is `highest`: that of 8, 16 or 32 bits, whichever holds
+    it."""
     return 255.0 if highest <= 255 else 65535.0 if highest <= 65535 else 2147483647.0
 
 

@@ -1,4 +1,5 @@
-"""A second opinion on a person's mask: mediapipe's segmenters of people before a camera, who need no pose."""
+"""A second opinion on a person's mask: mediapipe's segmenters of people before a camera, who need
+no pose."""
 
 from __future__ import annotations
 
@@ -19,8 +20,13 @@ LARGE = 0.25
 NEAR = 0.03
 """Largest distance of a missing piece from the mask, as a share of the mask's extent."""
 SEEN = 0.7
-"""Landmarks of limbs of which the detector is less sure may mean that a part of the person was overlooked."""
-_LIMB_LANDMARKS = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("elbow", "wrist", "knee", "ankle")]
+"""Landmarks of limbs of which the detector is less sure may mean that a part of the person was
+overlooked."""
+_LIMB_LANDMARKS = [
+    LANDMARK_INDEX[f"{side}_{joint}"]
+    for side in ("left", "right")
+    for joint in ("elbow", "wrist", "knee", "ankle")
+]
 
 
 class Segmenter(Solution):
@@ -40,7 +46,8 @@ class Segmenter(Solution):
 
 
 def probability_of_people(picture: ByteArray) -> FloatArray:
-    """What both segmenters agree on: the smaller probability (H, W) at the pixels of `picture` (H, W, 3) uint8."""
+    """What both segmenters agree on: the smaller probability (H, W) at the pixels of `picture` (H,
+    W, 3) uint8."""
     found = []
     for wide in (False, True):
         with Segmenter(wide=wide) as segmenter:
@@ -52,12 +59,15 @@ def may_lack_parts(person: Detection) -> bool:
     """Whether the detector is unsure of a limb, or sees one outside of the mask."""
     height, width = person.mask.shape
     limbs = person.keypoints[_LIMB_LANDMARKS]
-    columns, rows = (np.clip(limbs[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height)))
+    columns, rows = (
+        np.clip(limbs[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height))
+    )
     return bool((limbs[:, 2] < SEEN).any() or (person.mask[rows, columns] < 0.3).any())
 
 
 def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray | None) -> BoolArray:
-    """Pieces (H, W) of a person that a mask (H, W) lacks: large ones next to it of which the segmenters are sure, and none of the `others` (H, W).
+    """Pieces (H, W) of a person that a mask (H, W) lacks: large ones next to it of which the
+    segmenters are sure, and none of the `others` (H, W).
 
     Somebody who stoops, or is seen from behind, has legs that the pose detector overlooks.
     """
@@ -68,7 +78,9 @@ def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray |
     if not body.any():
         return found
     extent = float(max(np.ptp(axis) + 1 for axis in np.nonzero(body)))
-    candidates = ((probability > 0.5) & (cv2.dilate(body, _disc(0.01 * extent)) == 0)).astype(np.uint8)
+    candidates = ((probability > 0.5) & (cv2.dilate(body, _disc(0.01 * extent)) == 0)).astype(
+        np.uint8
+    )
     if others is not None:
         candidates[cv2.dilate(others.astype(np.uint8), _disc(0.01 * extent)) > 0] = 0
     candidates = cv2.morphologyEx(candidates, cv2.MORPH_OPEN, _disc(0.02 * extent))
@@ -76,11 +88,20 @@ def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray |
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(candidates)
     for number in range(1, count):
         own = pieces == number
-        if stats[number, cv2.CC_STAT_AREA] > PIECE * body.sum() and (own & around).any() and probability[own].mean() > SURE:
+        if (
+            stats[number, cv2.CC_STAT_AREA] > PIECE * body.sum()
+            and (own & around).any()
+            and probability[own].mean() > SURE
+        ):
             found |= own
     if found.sum() < LARGE * body.sum():
         return np.zeros_like(found)
-    joined = cv2.morphologyEx((found | (body > 0)).astype(np.uint8), cv2.MORPH_CLOSE, _disc(NEAR * extent)) > 0
+    joined = (
+        cv2.morphologyEx(
+            (found | (body > 0)).astype(np.uint8), cv2.MORPH_CLOSE, _disc(NEAR * extent)
+        )
+        > 0
+    )
     return np.asarray(found | (joined & (body == 0) & (probability > 0.5)))
 
 

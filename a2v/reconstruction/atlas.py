@@ -1,7 +1,8 @@
 """A texture atlas of a person: flat charts seen along the six axes, packed on shelves.
 
-Charts are orthographic views of the surface, so the front chart is the photo itself, undistorted. What one direction does not see
-(a chest behind an arm) is peeled into charts of its own. (xatlas, the general tool, takes half a minute on such meshes.)
+Charts are orthographic views of the surface, so the front chart is the photo itself, undistorted.
+What one direction does not see (a chest behind an arm) is peeled into charts of its own. (xatlas,
+the general tool, takes half a minute on such meshes.)
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from a2v.types import FloatArray, IntArray
 
 _AXES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], np.float64)
 _RIGHT = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0]], np.float64)
-_DENSITY = np.array([1.0, 0.7, 0.7, 0.7, 0.7, 0.6])  # the photo's side deserves the photo's sharpness
+_DENSITY = np.array(
+    [1.0, 0.7, 0.7, 0.7, 0.7, 0.6]
+)  # the photo's side deserves the photo's sharpness
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,11 @@ class Atlas:
     density: float
 
 
-def make_atlas(vertices: FloatArray, faces: IntArray, *, size: int, density: float, padding: int = 4) -> Atlas:
-    """Lay out `faces` in a square texture of `size` texels, at most `density` texels per metre on the front."""
+def make_atlas(
+    vertices: FloatArray, faces: IntArray, *, size: int, density: float, padding: int = 4
+) -> Atlas:
+    """Lay out `faces` in a square texture of `size` texels, at most `density` texels per metre on
+    the front."""
     vertices = np.asarray(vertices, np.float64)
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -54,7 +60,13 @@ def make_atlas(vertices: FloatArray, faces: IntArray, *, size: int, density: flo
 
     up = np.cross(_AXES, _RIGHT)
     axis = chart_direction[chart]
-    flat = np.stack([np.einsum("fcx,fx->fc", corners, _RIGHT[axis]), np.einsum("fcx,fx->fc", corners, up[axis])], axis=-1)
+    flat = np.stack(
+        [
+            np.einsum("fcx,fx->fc", corners, _RIGHT[axis]),
+            np.einsum("fcx,fx->fc", corners, up[axis]),
+        ],
+        axis=-1,
+    )
     flat *= _DENSITY[axis][:, None, None]
     count = len(chart_direction)
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
@@ -83,7 +95,12 @@ def make_atlas(vertices: FloatArray, faces: IntArray, *, size: int, density: flo
 
 def face_neighbors(faces: IntArray) -> IntArray:
     """The face across each edge (F, 3); itself where the edge is open."""
-    edges = np.sort(np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2).astype(np.int64), axis=1)
+    edges = np.sort(
+        np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1)
+        .reshape(-1, 2)
+        .astype(np.int64),
+        axis=1,
+    )
     key = edges[:, 0] * (faces.max() + 1) + edges[:, 1]
     order = np.argsort(key, kind="stable")
     same = key[order][1:] == key[order][:-1]
@@ -95,7 +112,8 @@ def face_neighbors(faces: IntArray) -> IntArray:
 
 
 def _directions(normals: FloatArray, neighbors: IntArray) -> IntArray:
-    """The axis each face is seen along: the steepest one, the front favoured, single faces voted down by their neighbours."""
+    """The axis each face is seen along: the steepest one, the front favoured, single faces voted
+    down by their neighbours."""
     score = normals @ _AXES.T
     score[:, 0] += np.where(score[:, 0] > 0.2, 0.35, 0.0)
     score[:, 1] += 0.15
@@ -103,13 +121,20 @@ def _directions(normals: FloatArray, neighbors: IntArray) -> IntArray:
     own = np.where(normals @ _AXES.T > 0.1, score, -1.0)
     label = own.argmax(axis=1)
     for _ in range(8):
-        votes = own + sum(0.35 * (label[neighbors[:, side], None] == np.arange(6)) for side in range(3))
+        votes = own + sum(
+            0.35 * (label[neighbors[:, side], None] == np.arange(6)) for side in range(3)
+        )
         label = np.where(own > -1, votes, -np.inf).argmax(axis=1)
     return np.asarray(label)
 
 
 def _charts(
-    vertices: FloatArray, faces: IntArray, corners: FloatArray, normals: FloatArray, neighbors: IntArray, direction: IntArray
+    vertices: FloatArray,
+    faces: IntArray,
+    corners: FloatArray,
+    normals: FloatArray,
+    neighbors: IntArray,
+    direction: IntArray,
 ) -> tuple[IntArray, IntArray]:
     """Number each face's chart: connected, seen along one axis, no two faces over each other."""
     import scipy.sparse as sp
@@ -126,7 +151,10 @@ def _charts(
             origin = middle[left] + 0.0
             start = float((vertices @ _AXES[axis]).max()) + 1.0
             lift = start - origin @ _AXES[axis]
-            rays = np.concatenate([origin + lift[:, None] * _AXES[axis], np.broadcast_to(-_AXES[axis], origin.shape)], axis=1)
+            rays = np.concatenate(
+                [origin + lift[:, None] * _AXES[axis], np.broadcast_to(-_AXES[axis], origin.shape)],
+                axis=1,
+            )
             hit = scene.cast_rays(rays.astype(np.float32))["t_hit"].numpy()
             first = (hit >= lift - 0.004) | (depth == 5)
             layer[left[first]] = depth
@@ -142,7 +170,8 @@ def _charts(
 
 
 def _shelves(boxes: FloatArray, size: int) -> FloatArray | None:
-    """Lower left corners (N, 2) of `boxes` (N, 2) packed on shelves, tallest first; None where they do not fit."""
+    """Lower left corners (N, 2) of `boxes` (N, 2) packed on shelves, tallest first; None where they
+    do not fit."""
     if (boxes > size).any():
         return None
     places = np.zeros_like(boxes)

@@ -1,6 +1,7 @@
 """The backends by name: one registry for command line, pipeline and benchmark.
 
-A backend of the laboratory is a `PluggedBackend`: its settings reconstruct by themselves, and `plugged` imports them when they are asked for.
+A backend of the laboratory is a `PluggedBackend`: its settings reconstruct by themselves, and
+`plugged` imports them when they are asked for.
 """
 
 from __future__ import annotations
@@ -12,7 +13,15 @@ from typing import Protocol, runtime_checkable
 
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
-from a2v.types import Body, Camera, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject
+from a2v.types import (
+    Body,
+    Camera,
+    FloatArray,
+    OrthographicCamera,
+    Progress,
+    Reconstruction,
+    Subject,
+)
 
 Backend = Callable[[Subject, Body, Camera], Reconstruction]
 """``(subject, fitted body, its camera) -> reconstruction``."""
@@ -20,14 +29,21 @@ Backend = Callable[[Subject, Body, Camera], Reconstruction]
 
 @runtime_checkable
 class PluggedBackend(Protocol):
-    """The settings of a backend that is no part of the product: a frozen dataclass that reconstructs by itself."""
+    """The settings of a backend that is no part of the product: a frozen dataclass that
+    reconstructs by itself."""
 
     def pinned(self) -> PluggedBackend:
-        """The same settings with the digest of the files that they name, by which results are remembered."""
+        """The same settings with the digest of the files that they name, by which results are
+        remembered."""
         ...
 
     def reconstruct(
-        self, subject: Subject, body: Body, camera: OrthographicCamera, *, progress: Progress | None = None
+        self,
+        subject: Subject,
+        body: Body,
+        camera: OrthographicCamera,
+        *,
+        progress: Progress | None = None,
     ) -> Reconstruction:
         """The person's surface; see `body_prior_surface` for the arguments."""
         ...
@@ -45,9 +61,11 @@ def reconstruct(
     *,
     progress: Progress | None = None,
 ) -> Reconstruction:
-    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`, and their errors.
+    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and
+    `implicit_surface`, and their errors.
 
-    All of them work in the camera's flat frame, in which the photo is an orthographic view; the surface is then moved back to the world.
+    All of them work in the camera's flat frame, in which the photo is an orthographic view; the
+    surface is then moved back to the world.
     """
     from a2v.body import flattened
 
@@ -64,14 +82,19 @@ def reconstruct(
 
 
 def _with_vertices(person: Reconstruction, vertices: FloatArray) -> Reconstruction:
-    return dataclasses.replace(person, surface=dataclasses.replace(person.surface, vertices=vertices))
+    return dataclasses.replace(
+        person, surface=dataclasses.replace(person.surface, vertices=vertices)
+    )
 
 
 def _backend(settings: BackendSettings) -> Backend:
     return lambda subject, body, camera: reconstruct(subject, body, camera, settings)
 
 
-SETTINGS: Mapping[str, BackendSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
+SETTINGS: Mapping[str, BackendSettings] = {
+    "pifu": ImplicitSettings(),
+    "body-prior": SurfaceSettings(),
+}
 """Default settings of each backend of the product; their type says which backend is meant."""
 PLUGGED: Mapping[str, str] = {"papers": "a2v.lab.papers:PapersSettings"}
 """Backends of the laboratory: the module and the class of their settings."""
@@ -96,7 +119,8 @@ def plugged(name: str, **values: object) -> PluggedBackend:
 
 
 def backend_of(name: str, weights: str = "") -> Backend:
-    """A backend with default settings, but with the weights of a folder of one's own ("" for the shipped ones; ignored where there are none)."""
+    """A backend with default settings, but with the weights of a folder of one's own ("" for the
+    shipped ones; ignored where there are none)."""
     return _backend(settings_of(name, weights))
 
 
@@ -119,4 +143,8 @@ def backend_digest(name: str, weights: str = "") -> str:
 def settings_of(name: str, weights: str = "") -> BackendSettings:
     """The default settings of a backend, with weights of one's own as `backend_of` takes them."""
     settings = plugged(name) if name in PLUGGED else {**SETTINGS, **ABLATIONS}[name]
-    return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
+    return (
+        dataclasses.replace(settings, weights=weights)
+        if isinstance(settings, ImplicitSettings)
+        else settings
+    )

@@ -31,13 +31,24 @@ def bake(
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colours of the mesh elsewhere.
+    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colours
+    of the mesh elsewhere.
 
     Of several photos each place takes the one that is trusted most there (`mixed`).
     """
-    size, vertices, faces, normals, colors = atlas.size, mesh.vertices, mesh.faces, mesh.normals, mesh.colors
+    size, vertices, faces, normals, colors = (
+        atlas.size,
+        mesh.vertices,
+        mesh.faces,
+        mesh.normals,
+        mesh.colors,
+    )
     texture = np.zeros((size, size, 3), np.uint8)
-    borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
+    borders = (
+        None
+        if photo.canvas is None or continued is None
+        else Borders.between(continued.labels, faces, colors, photo.known)
+    )
     for top in range(0, size, 256):
         rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
         if not len(rows):
@@ -65,13 +76,23 @@ def bake(
             sharp[eye] = sample_image(paint.eyes, pixels[eye])
         asked = np.flatnonzero(((trust[:, 0] < 1) & (beyond[:, 0] < 1)) | bool(others))
         smooth = np.zeros((len(corner), 3))
-        smooth[asked] = within(colors, corner[asked], weight[asked]) if borders is None else borders.colors(corner[asked], weight[asked])
+        smooth[asked] = (
+            within(colors, corner[asked], weight[asked])
+            if borders is None
+            else borders.colors(corner[asked], weight[asked])
+        )
         if continued is not None:
             detail = continued.at(point[asked], corner[asked], weight[asked, :, 0])
-            smooth[asked] += detail if photo.canvas is None else _of_hair(detail, continued.labels[strongest[asked]])
+            smooth[asked] += (
+                detail
+                if photo.canvas is None
+                else _of_hair(detail, continued.labels[strongest[asked]])
+            )
         if others:
             found = [other.at(corner, weight) for other in others]
-            trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])
+            trust, sharp = mixed(
+                [trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)]
+            )
         blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
     filled_texel = _with_slivers(texture, atlas, colors[faces])
@@ -81,7 +102,8 @@ def bake(
 
 
 def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
-    """Which texels (size, size) of a texture have colours, after slivers between texels' centres have theirs, of the faces' `corners` (F, 3, 3).
+    """Which texels (size, size) of a texture have colours, after slivers between texels' centres
+    have theirs, of the faces' `corners` (F, 3, 3).
 
     They would read whatever lies near: each gets a spot of its own colour in the padding.
     """
@@ -91,13 +113,16 @@ def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> Boo
     row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
     column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
     lone = ~filled[row, column]
-    texture[row[lone], column[lone]] = np.clip(corners[missed[lone]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
+    texture[row[lone], column[lone]] = np.clip(
+        corners[missed[lone]].mean(axis=1) * 255 + 0.5, 0, 255
+    ).astype(np.uint8)
     filled[row[lone], column[lone]] = True
     return filled
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
-    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
+    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines
+    through them is not continued."""
     hair = labels == HAIR
     detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
     return detail

@@ -1,4 +1,5 @@
-"""Borders between stuffs (skin, cloth, hair, shoes) as smooth curves at the texture's resolution, where vertices are too far apart to draw them."""
+"""Borders between stuffs (skin, cloth, hair, shoes) as smooth curves at the texture's resolution,
+where vertices are too far apart to draw them."""
 
 from __future__ import annotations
 
@@ -33,8 +34,11 @@ class Borders:
     of_stuff: FloatArray
 
     @classmethod
-    def between(cls, labels: IntArray, faces: IntArray, colors: FloatArray, known: BoolArray) -> Borders:
-        """Of vertices with `labels` (V,) and `colors` (V, 3) on the mesh `faces` (F, 3); those that are `known` (V,) are the photo's."""
+    def between(
+        cls, labels: IntArray, faces: IntArray, colors: FloatArray, known: BoolArray
+    ) -> Borders:
+        """Of vertices with `labels` (V,) and `colors` (V, 3) on the mesh `faces` (F, 3); those that
+        are `known` (V,) are the photo's."""
         kinds = np.unique(labels)
         hard = (labels[:, None] == kinds).astype(np.float64)
         near = evened(faces, hard, _ROUNDS)
@@ -51,7 +55,8 @@ class Borders:
         return cls(shares.astype(np.float32), np.stack(carried).astype(np.float32))
 
     def colors(self, corner: IntArray, weight: FloatArray) -> FloatArray:
-        """Colours (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1)."""
+        """Colours (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3,
+        1)."""
         share = within(self.shares, corner, weight)
         first = share.max(axis=1, keepdims=True)
         part = np.clip(1 - (first - share) / _SOFT, 0, 1)
@@ -59,5 +64,7 @@ class Borders:
         result = np.zeros((len(corner), 3))
         for kind in range(share.shape[1]):
             own = np.flatnonzero(part[:, kind] > 0)
-            result[own] += part[own, kind, None] * within(self.of_stuff[kind], corner[own], weight[own])
+            result[own] += part[own, kind, None] * within(
+                self.of_stuff[kind], corner[own], weight[own]
+            )
         return result

@@ -1,4 +1,5 @@
-"""Colours of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one texture."""
+"""Colours of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one
+texture."""
 
 from __future__ import annotations
 
@@ -27,16 +28,26 @@ from a2v.reconstruction.merged import OtherPhoto, on_vertices
 from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
-from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
+from a2v.types import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    OrthographicCamera,
+    Progress,
+    Subject,
+    Surface,
+)
 
 RIM = (0.015, 0.035)
-"""Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
+"""Up to the first distance, metres, from what the photo shows well its colours go on, from the
+second on those of a given prior hold."""
 _TONED = 15
 """At least so many vertices tell the tone of skin or hair."""
 _AROUND = 150
 """So many vertices that are seen say what a hidden one looks like."""
 TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
+"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what
+it shows."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +67,11 @@ class ColorSettings:
     texture : int
         Width and height of the texture, texels; 0 for vertex colours alone.
     synthesis : bool
-        Continue what the photo shows of cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
+        Continue what the photo shows of cloth, hair and skin over the unseen side
+        (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
     delight : bool
-        Take the photo's shading out of its colours (`a2v.reconstruction.shading`), so that they can be lit again.
+        Take the photo's shading out of its colours (`a2v.reconstruction.shading`), so that they can
+        be lit again.
     """
 
     lambda_nn: float = 1.0
@@ -89,13 +102,14 @@ class ColorEvidence:
     Attributes
     ----------
     prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network predicts. Default: the front mirrored, hair on the
-        back of the head.
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network predicts. Default:
+        the front mirrored, hair on the back of the head.
     spots : Spots, optional
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
+        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the
+        landmarks, and nothing is continued.
     canvas : Canvas, optional
-        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and
-        every pixel belongs to the surface that it shows.
+        Of a canonical person: its texture layout, and which pixels are of which part. Default:
+        charts are cut from the surface, and every pixel belongs to the surface that it shows.
     others : sequence of OtherPhoto
         Further photos of a canonical person.
     """
@@ -152,8 +166,9 @@ def color_surface(
     Returns
     -------
     Surface
-        With `colors` (albedo, in light as bright as the photo's), `visible`, and `uv` and `texture` unless ``settings.texture`` is 0.
-        `provenance["eq14"]` reports iterations, residual and objective.
+        With `colors` (albedo, in light as bright as the photo's), `visible`, and `uv` and `texture`
+        unless ``settings.texture`` is 0. `provenance["eq14"]` reports iterations, residual and
+        objective.
 
     Raises
     ------
@@ -175,17 +190,25 @@ def color_surface(
         trust = trust * canvas.agrees(camera.project(vertices), canvas.parts)
     known = (trust > 0.5) & seen
     if not known.any():
-        raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
+        raise InputError(
+            "the photo's camera sees nothing of the surface; do surface, camera and photo belong together?"
+        )
     photo.known = known
     report(1, 4)
     beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colours
-    atlas = beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture) if settings.texture else None
+    atlas = (
+        beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture)
+        if settings.texture
+        else None
+    )
     beside.shutdown(wait=False)
     apart = vertices if canvas is None else canvas.rest  # where nothing touches
 
     colors = photo.patch_colors(vertices, faces)
     if settings.delight:
-        photo.clean = photo_without_shading(photo.clean, camera, vertices, faces, normals, colors=colors, seen=known)
+        photo.clean = photo_without_shading(
+            photo.clean, camera, vertices, faces, normals, colors=colors, seen=known
+        )
         colors = photo.patch_colors(vertices, faces)
     if surface.face is not None and surface.provenance.get("turned_face"):
         photo.clean, surface = drawn_over(photo.clean, surface, camera)
@@ -196,7 +219,10 @@ def color_surface(
     mesh, main = ColoredMesh(vertices, faces, normals, colors), known
     expected, reach = _expected(photo, mesh, known=known & ~mouth, prior=prior, head=_head(spots))
     if others:
-        others = tuple(other.beside(known, colors, faces, None if surface.face is None else surface.face.patch) for other in others)
+        others = tuple(
+            other.beside(known, colors, faces, None if surface.face is None else surface.face.patch)
+            for other in others
+        )
         known, colors = on_vertices(trust, known, colors, others)
         seen, photo.known = seen | known, known
     near = _nearest_vertices(apart, settings.neighbors)
@@ -211,55 +237,103 @@ def color_surface(
         expected[lent] = colors[canvas.twin[lent]]
     continued = None
     if settings.synthesis and spots is not None:
-        mesh = dataclasses.replace(mesh, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)))
-        continued = _continued(photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near)
+        mesh = dataclasses.replace(
+            mesh, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1))
+        )
+        continued = _continued(
+            photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near
+        )
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
     if continued is not None:
         expected, near, band = continued.expected, continued.neighbors, band | continued.doubtful
         fixed = np.where(continued.labels[:, None] > 0, expected, colors)
-    problem = ColorProblem(prior=np.clip(expected, 0, 1), neighbors=near, free=~known, band=band, lambda_nn=settings.lambda_nn)
-    solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
+    problem = ColorProblem(
+        prior=np.clip(expected, 0, 1),
+        neighbors=near,
+        free=~known,
+        band=band,
+        lambda_nn=settings.lambda_nn,
+    )
+    solution = solve_colors(
+        np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance
+    )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = _even_tones(base, known & ~mouth, known | lent, labels=continued.labels, bare=on_parts(canvas.parts, *HEAD, *HANDS))
+        base = _even_tones(
+            base,
+            known & ~mouth,
+            known | lent,
+            labels=continued.labels,
+            bare=on_parts(canvas.parts, *HEAD, *HANDS),
+        )
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
     mesh = dataclasses.replace(mesh, colors=np.clip(base, 0, 1))
-    uv, texture = bake(mesh, photo, paint, continued, atlas.result(), others) if atlas is not None else (None, None)
+    uv, texture = (
+        bake(mesh, photo, paint, continued, atlas.result(), others)
+        if atlas is not None
+        else (None, None)
+    )
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     if continued is not None:
         provenance["synthesis"] = dict(continued.report())
     if others:
-        provenance["exposures"] = [[round(float(value), 3) for value in other.gain] for other in others]
-    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
+        provenance["exposures"] = [
+            [round(float(value), 3) for value in other.gain] for other in others
+        ]
+    return dataclasses.replace(
+        surface,
+        colors=final.astype(np.float32),
+        uv=uv,
+        texture=texture,
+        visible=seen,
+        provenance=provenance,
+    )
 
 
 def _expected(
-    photo: PhotoProjection, mesh: ColoredMesh, *, known: BoolArray, prior: FloatArray | None, head: BoolArray | None
+    photo: PhotoProjection,
+    mesh: ColoredMesh,
+    *,
+    known: BoolArray,
+    prior: FloatArray | None,
+    head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
-    expected = mirrored_prior(mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head)
+    """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one
+    that is `known` (V,)."""
+    expected = mirrored_prior(
+        mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
+    )
     reach, nearest = _nearest_known(mesh.vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
-        close = np.where((photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None], mesh.colors, mesh.colors[nearest])
+        close = np.where(
+            (photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None],
+            mesh.colors,
+            mesh.colors[nearest],
+        )
         expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
     return expected, reach
 
 
-def _continued(photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray) -> Continuation:
-    """What the photo shows, continued over the unseen side; the mesh has the photo's colours where they are known, and expected ones elsewhere."""
+def _continued(
+    photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray
+) -> Continuation:
+    """What the photo shows, continued over the unseen side; the mesh has the photo's colours where
+    they are known, and expected ones elsewhere."""
     pixels, known = photo.camera.project(mesh.vertices), shown.known
     face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
     outer = shown.main & ~shown.mouth
     _, skin = seen_face(photo.subject, pixels, mesh.colors, known=outer, head=_head(spots))
     if skin is None:  # the back of a head: the hands' skin instead
         skin = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
-    square = known & (shown.trust > 0.9)  # at grazing angles the background, and what is in front, is mixed in
+    square = known & (
+        shown.trust > 0.9
+    )  # at grazing angles the background, and what is in front, is mixed in
     seen = Seen(
         vertices=mesh.vertices, colors=mesh.colors, known=known, parts=spots.parts,
         front=seen_before(pixels, outer, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
@@ -269,7 +343,9 @@ def _continued(photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spot
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 
 
-def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
+def _report(
+    solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings
+) -> dict[str, float]:
     """What `provenance["eq14"]` tells."""
     return {
         "iterations": solution.iterations,
@@ -289,14 +365,20 @@ def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, 
     return np.asarray(reach), np.flatnonzero(known)[nearest]
 
 
-def _check_given(count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings) -> None:
+def _check_given(
+    count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings
+) -> None:
     """Refuse what does not fit a surface of `count` vertices."""
     if count <= settings.neighbors:
-        raise InputError(f"the surface has {count} vertices; expected more than {settings.neighbors}")
+        raise InputError(
+            f"the surface has {count} vertices; expected more than {settings.neighbors}"
+        )
     if prior is not None and np.shape(prior) != (count, 3):
         raise InputError(f"prior has shape {np.shape(prior)}; expected ({count}, 3)")
     if spots is not None and len(spots.parts) != count:
-        raise InputError(f"spots are of {len(spots.parts)} points; expected the surface's {count} vertices")
+        raise InputError(
+            f"spots are of {len(spots.parts)} points; expected the surface's {count} vertices"
+        )
 
 
 def _head(spots: Spots | None) -> BoolArray | None:
@@ -304,21 +386,27 @@ def _head(spots: Spots | None) -> BoolArray | None:
     return None if spots is None else on_parts(spots.parts, "head", "neck")
 
 
-def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray) -> FloatArray:
+def _given_or_close(
+    prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray
+) -> FloatArray:
     """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
 
-    Towards what the photo shows well, `reach` (V,) metres away, it fades into the photo's colours `close` (V, 3); see `RIM`.
+    Towards what the photo shows well, `reach` (V,) metres away, it fades into the photo's colours
+    `close` (V, 3); see `RIM`.
     """
     given = np.isfinite(prior).all(axis=1)
     share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-def _even_tones(base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray) -> FloatArray:
-    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another.
+def _even_tones(
+    base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
+) -> FloatArray:
+    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
+    the photo shows: what a network expects there is often of another.
 
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colours. Of skin it is the lighter half's: the other lies in
-    the shadow of hair and chin.
+    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colours. Of
+    skin it is the lighter half's: the other lies in the shadow of hair and chin.
     """
     from skimage.color import lab2rgb, rgb2lab
 
@@ -338,13 +426,27 @@ def _even_tones(base: FloatArray, known: BoolArray, told: BoolArray, *, labels: 
     return result
 
 
-def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:
+def _atlas(
+    vertices: FloatArray,
+    faces: IntArray,
+    camera: OrthographicCamera,
+    canvas: Canvas | None,
+    size: int,
+) -> Atlas:
     """The layout of the texture."""
-    return make_atlas(vertices, faces, size=size, density=1.5 * camera.scale) if canvas is None else canvas.atlas
+    return (
+        make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
+        if canvas is None
+        else canvas.atlas
+    )
 
 
-def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray) -> FloatArray:
-    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides it."""
+def without_strangers(
+    expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
+) -> FloatArray:
+    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it
+    shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides
+    it."""
     from scipy.spatial import cKDTree
 
     lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
@@ -353,13 +455,16 @@ def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, 
         own = on_parts(canvas.parts, *names)
         shown = np.flatnonzero(own & known)
         if (own & lost).any() and len(shown) >= 20:
-            beside = cKDTree(canvas.rest[shown]).query(canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1)[1]
+            beside = cKDTree(canvas.rest[shown]).query(
+                canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1
+            )[1]
             result[own & lost] = np.median(colors[shown[beside]], axis=1)
     return result
 
 
 def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
-    """The `count` nearest other vertices of each one (V, count); it need not come first itself where points coincide."""
+    """The `count` nearest other vertices of each one (V, count); it need not come first itself
+    where points coincide."""
     from scipy.spatial import cKDTree
 
     neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])

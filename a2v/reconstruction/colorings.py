@@ -1,4 +1,5 @@
-"""The ways to colour what a backend gives, by name; apart from the backends, so that other colours leave remembered surfaces alone."""
+"""The ways to colour what a backend gives, by name; apart from the backends, so that other colours
+leave remembered surfaces alone."""
 
 from __future__ import annotations
 
@@ -27,16 +28,23 @@ def color_by_photo(
     progress: Progress | None = None,
     others: Sequence[Sight] = (),
 ) -> Surface:
-    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere.
+    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior
+    (or the default one) elsewhere.
 
-    `others` are further photos of a canonical person; the one that shows the face (``provenance["face_photo"]``) is then the main one.
+    `others` are further photos of a canonical person; the one that shows the face
+    (``provenance["face_photo"]``) is then the main one.
     """
     from a2v.body.spots import nearest_spots, spots_of
 
     if others:
         from a2v.reconstruction.canonical.coloring import color_by_photos
 
-        return color_by_photos(person, [Sight(subject, body, camera, person), *others], settings=settings or ColorSettings(), progress=progress)
+        return color_by_photos(
+            person,
+            [Sight(subject, body, camera, person), *others],
+            settings=settings or ColorSettings(),
+            progress=progress,
+        )
     standing, canvas = person.surface.standing, None
     seen = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
     if standing is None:
@@ -47,17 +55,23 @@ def color_by_photo(
         spots = spots_of(standing.anchors, body)
         canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
     evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvas)
-    colored = color_surface(seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress)
+    colored = color_surface(
+        seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress
+    )
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
-def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
-    """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side (`ColorSettings.synthesis`)."""
+def color_by_equation(
+    person: Reconstruction, subject: Subject, body: Body, camera: Camera
+) -> Surface:
+    """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side
+    (`ColorSettings.synthesis`)."""
     return color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=False))
 
 
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
-    """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
+    """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the
+    front mirrored."""
     from a2v.geometry.colors import to_bytes
     from a2v.reconstruction.color_prior import clean_colors
 
@@ -73,7 +87,9 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
     )
 
 
-def color_by_network(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
+def color_by_network(
+    person: Reconstruction, subject: Subject, body: Body, camera: Camera
+) -> Surface:
     """Ablation: the backend's own colours alone, on the vertices.
 
     Raises
@@ -82,10 +98,18 @@ def color_by_network(person: Reconstruction, subject: Subject, body: Body, camer
         The backend has none.
     """
     if person.expected_colors is None:
-        raise InputError("this backend has no colours of its own; choose another one for the colouring 'network'")
+        raise InputError(
+            "this backend has no colours of its own; choose another one for the colouring 'network'"
+        )
     known = np.isfinite(person.expected_colors).all(axis=1)
-    colors = np.where(known[:, None], np.nan_to_num(person.expected_colors), person.expected_colors[known].mean(axis=0))
-    return dataclasses.replace(person.surface, colors=colors.astype(np.float32), uv=None, texture=None)
+    colors = np.where(
+        known[:, None],
+        np.nan_to_num(person.expected_colors),
+        person.expected_colors[known].mean(axis=0),
+    )
+    return dataclasses.replace(
+        person.surface, colors=colors.astype(np.float32), uv=None, texture=None
+    )
 
 
 COLORINGS: Mapping[str, Coloring] = {

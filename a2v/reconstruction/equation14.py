@@ -1,9 +1,11 @@
 """Eq. 14 of the journal paper: colours for the side that nobody saw, by a convex programme.
 
-    min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x - c_x'||_2 ]
+    min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x -
+    c_x'||_2 ]
 
-The norms are not squared, so a few wrong prior colours do not bleed; in the transition band only the second term counts. Solved by
-ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then only back-substitutions and shrinkages.
+The norms are not squared, so a few wrong prior colours do not bleed; in the transition band only
+the second term counts. Solved by ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then
+only back-substitutions and shrinkages.
 """
 
 from __future__ import annotations
@@ -65,10 +67,11 @@ class ColorSolution:
 
 @dataclass(frozen=True, eq=False)
 class _Programme:
-    """Eq. 14 as ``sum_k weight_k ||(operator x - target)_k||_2`` over the colours x (n, 3) of the free vertices.
+    """Eq. 14 as ``sum_k weight_k ||(operator x - target)_k||_2`` over the colours x (n, 3) of the
+    free vertices.
 
-    Rows: first `pairs` of neighbours, then the prior's. ``normal`` is ``operator.T operator``, plus the diagonal `ridge` where nothing
-    ties a colour.
+    Rows: first `pairs` of neighbours, then the prior's. ``normal`` is ``operator.T operator``, plus
+    the diagonal `ridge` where nothing ties a colour.
     """
 
     operator: Any
@@ -84,11 +87,21 @@ def color_objective(colors: FloatArray, problem: ColorProblem) -> float:
     """Value of Eq. 14 at `colors` (V, 3)."""
     free = problem.free
     data = np.linalg.norm(colors - problem.prior, axis=1)[free & ~problem.band].sum()
-    smooth = np.linalg.norm(colors[free][:, None] - colors[problem.neighbors[free]], axis=2).mean(axis=1).sum()
+    smooth = (
+        np.linalg.norm(colors[free][:, None] - colors[problem.neighbors[free]], axis=2)
+        .mean(axis=1)
+        .sum()
+    )
     return float(data + problem.lambda_nn * smooth)
 
 
-def solve_colors(colors: FloatArray, problem: ColorProblem, *, tolerance: float = 1e-4, max_iterations: int = 2000) -> ColorSolution:
+def solve_colors(
+    colors: FloatArray,
+    problem: ColorProblem,
+    *,
+    tolerance: float = 1e-4,
+    max_iterations: int = 2000,
+) -> ColorSolution:
     """Minimise Eq. 14.
 
     Parameters
@@ -116,9 +129,19 @@ def solve_colors(colors: FloatArray, problem: ColorProblem, *, tolerance: float 
 
 
 def _check(colors: FloatArray, problem: ColorProblem) -> None:
-    prior, neighbors, free, band, lambda_nn = problem.prior, problem.neighbors, problem.free, problem.band, problem.lambda_nn
+    prior, neighbors, free, band, lambda_nn = (
+        problem.prior,
+        problem.neighbors,
+        problem.free,
+        problem.band,
+        problem.lambda_nn,
+    )
     count = len(colors)
-    for name, array, shape in (("prior", prior, (count, 3)), ("free", free, (count,)), ("band", band, (count,))):
+    for name, array, shape in (
+        ("prior", prior, (count, 3)),
+        ("free", free, (count,)),
+        ("band", band, (count,)),
+    ):
         if array.shape != shape:
             raise InputError(f"{name} has shape {array.shape}; expected {shape}")
     if neighbors.ndim != 2 or len(neighbors) != count or neighbors.shape[1] < 1:
@@ -145,10 +168,14 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
         (np.ones(len(low)), (rows, high)), (len(low), count)
     )
     known = np.where(free[:, None], 0.0, np.nan_to_num(colors)).astype(np.float64)
-    pick = sp.csr_matrix((np.ones(len(anchored)), (np.arange(len(anchored)), number[anchored])), (len(anchored), unknowns))
+    pick = sp.csr_matrix(
+        (np.ones(len(anchored)), (np.arange(len(anchored)), number[anchored])),
+        (len(anchored), unknowns),
+    )
     operator = sp.vstack([difference[:, free], pick]).tocsr()
 
-    # A patch without any fixed neighbour or prior may have any colour: a whisper of the start decides.
+    # A patch without any fixed neighbour or prior may have any colour: a whisper of the start
+    # decides.
     normal = (operator.T @ operator).tocsc()
     parts, label = connected_components(normal, directed=False)
     tied = np.zeros(parts, bool)
@@ -158,7 +185,9 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
     return _Programme(
         operator=operator,
         target=np.concatenate([-(difference @ known), problem.prior[anchored]]),
-        weight=np.concatenate([times * (problem.lambda_nn / neighbors.shape[1]), np.ones(len(anchored))]),
+        weight=np.concatenate(
+            [times * (problem.lambda_nn / neighbors.shape[1]), np.ones(len(anchored))]
+        ),
         pairs=len(low),
         normal=normal,
         ridge=sp.diags(np.where(tied[label], 0.0, 1e-6)),
@@ -167,22 +196,30 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
 
 
 def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Both ends of the pairs (x, x') of Eq. 14, each (P,), and how often a pair stands there: as one norm with the summed weight."""
+    """Both ends of the pairs (x, x') of Eq. 14, each (P,), and how often a pair stands there: as
+    one norm with the summed weight."""
     count = len(neighbors)
     tail = np.repeat(np.nonzero(free)[0], neighbors.shape[1])
     head = neighbors[free].ravel().astype(np.int64)
     keep = tail != head
-    pair, times = np.unique(np.minimum(tail, head)[keep] * count + np.maximum(tail, head)[keep], return_counts=True)
+    pair, times = np.unique(
+        np.minimum(tail, head)[keep] * count + np.maximum(tail, head)[keep], return_counts=True
+    )
     return pair // count, pair % count, times
 
 
-def _minimise(programme: _Programme, tolerance: float, max_iterations: int) -> tuple[FloatArray, int, float]:
-    """Colours (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and the residual at the end."""
+def _minimise(
+    programme: _Programme, tolerance: float, max_iterations: int
+) -> tuple[FloatArray, int, float]:
+    """Colours (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and
+    the residual at the end."""
     from scipy.sparse.linalg import splu
 
     operator, target, weight = programme.operator, programme.target, programme.weight
     system = (programme.normal + programme.ridge).tocsc()
-    factor = splu(system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factor = splu(
+        system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
     pull = programme.ridge @ programme.start
     value = programme.start
     slack = operator @ value - target
@@ -196,19 +233,29 @@ def _minimise(programme: _Programme, tolerance: float, max_iterations: int) -> t
         gap = operator @ value - target
         relaxed = 1.6 * gap + (1 - 1.6) * slack  # over-relaxation
         argument = relaxed + dual
-        length = np.sqrt(np.einsum("ij,ij->i", argument, argument))  # three times as fast as np.linalg.norm
+        length = np.sqrt(
+            np.einsum("ij,ij->i", argument, argument)
+        )  # three times as fast as np.linalg.norm
         previous = slack
-        slack = argument * np.maximum(0.0, 1.0 - (weight / rho) / np.maximum(length, 1e-300))[:, None]
+        slack = (
+            argument * np.maximum(0.0, 1.0 - (weight / rho) / np.maximum(length, 1e-300))[:, None]
+        )
         dual = argument - slack
         if iteration % 10 == 0 or iteration == max_iterations:
-            size = max(float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * float(norm_target))
+            size = max(
+                float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * float(norm_target)
+            )
             primal = float(np.linalg.norm(gap - slack)) / size
             moved = float(np.linalg.norm(transposed @ (slack - previous)))
-            backward = moved / max(float(np.linalg.norm(transposed @ np.where(anchors, dual, 0.0))), 1e-3)
+            backward = moved / max(
+                float(np.linalg.norm(transposed @ np.where(anchors, dual, 0.0))), 1e-3
+            )
             residual = max(primal, backward)
             if residual < tolerance:
                 break
-            if iteration % 50 == 0 and iteration <= 600:  # balance the two; the factorisation does not depend on rho
+            if (
+                iteration % 50 == 0 and iteration <= 600
+            ):  # balance the two; the factorisation does not depend on rho
                 if primal > 5 * backward:
                     rho, dual = rho * 2, dual / 2
                 elif backward > 5 * primal:

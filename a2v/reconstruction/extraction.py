@@ -1,7 +1,9 @@
-"""A closed, even mesh from a signed distance field: coarse-to-fine evaluation, marching cubes and clean-up.
+"""A closed, even mesh from a signed distance field: coarse-to-fine evaluation, marching cubes and
+clean-up.
 
-Every backend ends here. The field is evaluated where the surface can be and nowhere else (octree style, on nested regular grids); what is
-far away keeps the sign of the level above, so the result is that of a dense evaluation.
+Every backend ends here. The field is evaluated where the surface can be and nowhere else (octree
+style, on nested regular grids); what is far away keeps the sign of the level above, so the result
+is that of a dense evaluation.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from a2v.geometry.volume import Grid
 from a2v.types import BoolArray, FloatArray, IntArray, Progress
 
 Field = Callable[[FloatArray], FloatArray]
-"""``points (N, 3) float32, metres -> (N,)``: signed distance, metres, negative inside; it may be cut off far from the surface."""
+"""``points (N, 3) float32, metres -> (N,)``: signed distance, metres, negative inside; it may be
+cut off far from the surface."""
 
 LEAST_VERTICES = 25_000
 """A person's surface never has fewer vertices: hands and faces would go."""
@@ -31,19 +34,23 @@ class ExtractionSettings:
     Attributes
     ----------
     resolution : int
-        Cells of the finest grid over the longer side of the bounds, 200 to 640; 256 gives about 7 mm for a person.
+        Cells of the finest grid over the longer side of the bounds, 200 to 640; 256 gives about 7
+        mm for a person.
     vertices : int
         Vertices to aim at, at least 25,000.
     slack : float
-        A cell is refined if a corner is nearer to the surface than `slack` times half the cell's diagonal. 1 is right for a true
-        distance; a learned field that overstates distances needs more. The field must not be cut off below that of the coarsest cell.
+        A cell is refined if a corner is nearer to the surface than `slack` times half the cell's
+        diagonal. 1 is right for a true distance; a learned field that overstates distances needs
+        more. The field must not be cut off below that of the coarsest cell.
     pieces : float
-        Pieces with less than this share of the largest one's volume are dropped; 1 keeps the largest alone.
+        Pieces with less than this share of the largest one's volume are dropped; 1 keeps the
+        largest alone.
     smoothing : int
         Rounds of Taubin smoothing, which does not shrink; 0 for none.
     snap : int
-        Rounds in which the vertices of the finished mesh are moved to the zero level by the field itself: fingers are thinner than two
-        cells, and a grid makes them thinner still. Each takes `vertices` more evaluations.
+        Rounds in which the vertices of the finished mesh are moved to the zero level by the field
+        itself: fingers are thinner than two cells, and a grid makes them thinner still. Each takes
+        `vertices` more evaluations.
     chunk : int
         Points a call of the field gets at most.
     """
@@ -64,9 +71,13 @@ class ExtractionSettings:
         if not 0.5 <= self.slack <= 4:
             raise InputError(f"slack is {self.slack}; expected 0.5 to 4")
         if not 0 < self.pieces <= 1:
-            raise InputError(f"pieces is {self.pieces}; expected a share of the largest piece's volume, above 0 and at most 1")
+            raise InputError(
+                f"pieces is {self.pieces}; expected a share of the largest piece's volume, above 0 and at most 1"
+            )
         if not (0 <= self.smoothing <= 50 and 0 <= self.snap <= 10 and self.chunk >= 1):
-            raise InputError(f"smoothing={self.smoothing}, snap={self.snap}, chunk={self.chunk}; expected 0 to 50, 0 to 10, and at least 1")
+            raise InputError(
+                f"smoothing={self.smoothing}, snap={self.snap}, chunk={self.chunk}; expected 0 to 50, 0 to 10, and at least 1"
+            )
 
     @property
     def levels(self) -> int:
@@ -81,7 +92,8 @@ class SampledField:
     Attributes
     ----------
     values : (nx, ny, nz) float32
-        Metres, negative inside; exact at every corner of a cell that the surface crosses, of the right sign elsewhere.
+        Metres, negative inside; exact at every corner of a cell that the surface crosses, of the
+        right sign elsewhere.
     grid : Grid
     evaluations : int
         Points at which the field was evaluated; a dense evaluation takes ``values.size``.
@@ -93,22 +105,29 @@ class SampledField:
 
 
 def extract_surface(
-    field: Field, bounds: FloatArray, *, settings: ExtractionSettings | None = None, progress: Progress | None = None
+    field: Field,
+    bounds: FloatArray,
+    *,
+    settings: ExtractionSettings | None = None,
+    progress: Progress | None = None,
 ) -> tuple[FloatArray, IntArray]:
-    """The zero level of a field as a closed mesh: `sample_field`, `mesh_grid`, then `snap_to_level`.
+    """The zero level of a field as a closed mesh: `sample_field`, `mesh_grid`, then
+    `snap_to_level`.
 
     Parameters
     ----------
     field : Field
     bounds : (2, 3)
-        Least and largest corner of the box to look in, metres. A surface that leaves it is closed at its border.
+        Least and largest corner of the box to look in, metres. A surface that leaves it is closed
+        at its border.
     settings : ExtractionSettings, optional
     progress : Progress, optional
 
     Returns
     -------
     vertices : (V, 3) float64, metres
-    faces : (F, 3) int64, counter-clockwise seen from outside. Watertight, one piece unless `pieces` allows more.
+    faces : (F, 3) int64, counter-clockwise seen from outside. Watertight, one piece unless `pieces`
+    allows more.
 
     Raises
     ------
@@ -117,29 +136,49 @@ def extract_surface(
     """
     settings = settings or ExtractionSettings()
     total = settings.levels + 2
-    sampled = sample_field(field, bounds, settings=settings, progress=None if progress is None else lambda done, _: progress(done, total))
-    vertices, faces = mesh_grid(sampled.values, sampled.grid, settings.vertices, pieces=settings.pieces, smoothing=settings.smoothing)
-    vertices = snap_to_level(vertices, faces, field, 0.5 * sampled.grid.cell, rounds=settings.snap, chunk=settings.chunk)
+    sampled = sample_field(
+        field,
+        bounds,
+        settings=settings,
+        progress=None if progress is None else lambda done, _: progress(done, total),
+    )
+    vertices, faces = mesh_grid(
+        sampled.values,
+        sampled.grid,
+        settings.vertices,
+        pieces=settings.pieces,
+        smoothing=settings.smoothing,
+    )
+    vertices = snap_to_level(
+        vertices, faces, field, 0.5 * sampled.grid.cell, rounds=settings.snap, chunk=settings.chunk
+    )
     if progress is not None:
         progress(total, total)
     return vertices, faces
 
 
 def sample_field(
-    field: Field, bounds: FloatArray, *, settings: ExtractionSettings | None = None, progress: Progress | None = None
+    field: Field,
+    bounds: FloatArray,
+    *,
+    settings: ExtractionSettings | None = None,
+    progress: Progress | None = None,
 ) -> SampledField:
     """Evaluate a field coarse to fine, near its surface only.
 
-    A cell is refined where its corners differ in sign, or, but for the finest level, where one of them is so near to the surface that it
-    could cross the cell unseen (`ExtractionSettings.slack`). As long as the surface runs into a cell that was not evaluated, this cell
-    is, so that thin parts, and fields that are no true distances, are followed.
+    A cell is refined where its corners differ in sign, or, but for the finest level, where one of
+    them is so near to the surface that it could cross the cell unseen (`ExtractionSettings.slack`).
+    As long as the surface runs into a cell that was not evaluated, this cell is, so that thin
+    parts, and fields that are no true distances, are followed.
 
     Parameters, errors: as `extract_surface`.
     """
     settings = settings or ExtractionSettings()
     box = np.asarray(bounds, np.float64)
     if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[1] > box[0]).all():
-        raise InputError(f"bounds are {np.array2string(box, separator=', ')}; expected the least and the largest corner of a box, metres")
+        raise InputError(
+            f"bounds are {np.array2string(box, separator=', ')}; expected the least and the largest corner of a box, metres"
+        )
     levels = settings.levels
     cell = float((box[1] - box[0]).max()) / settings.resolution
     step = cell * 2**levels
@@ -151,8 +190,13 @@ def sample_field(
     evaluations = 0
     for level in range(levels + 1):
         if level:
-            # at last only cells that the surface is known to cross: the others are reached from these
-            near = _crossed(values) if level == levels else _near_cells(values, settings.slack * 0.5 * np.sqrt(3.0) * step)
+            # at last only cells that the surface is known to cross: the others are reached from
+            # these
+            near = (
+                _crossed(values)
+                if level == levels
+                else _near_cells(values, settings.slack * 0.5 * np.sqrt(3.0) * step)
+            )
             step /= 2
             values, known = _halved(values), _halved_known(known)
             wanted = np.repeat(np.repeat(np.repeat(near, 2, 0), 2, 1), 2, 2)
@@ -180,10 +224,14 @@ def _evaluate(field: Field, points: FloatArray, chunk: int) -> FloatArray:
         part = points[start : start + chunk].astype(np.float32)
         found = np.asarray(field(part))
         if found.shape != (len(part),):
-            raise InputError(f"the field returned shape {found.shape} for {len(part)} points; expected ({len(part)},)")
+            raise InputError(
+                f"the field returned shape {found.shape} for {len(part)} points; expected ({len(part)},)"
+            )
         out[start : start + chunk] = found
     if not np.isfinite(out).all():
-        raise InputError("the field is NaN or infinite at some points; expected signed distances in metres")
+        raise InputError(
+            "the field is NaN or infinite at some points; expected signed distances in metres"
+        )
     return out
 
 
@@ -200,7 +248,8 @@ def _crossed(values: FloatArray) -> BoolArray:
 
 
 def _near_cells(values: FloatArray, reach: float) -> BoolArray:
-    """Cells that the surface may cross: corners of both signs, or one nearer than `reach` metres."""
+    """Cells that the surface may cross: corners of both signs, or one nearer than `reach`
+    metres."""
     return np.asarray(_crossed(values) | np.logical_or.reduce(_corners(np.abs(values) < reach)))
 
 
@@ -213,7 +262,8 @@ def _nodes_of(cells: BoolArray) -> BoolArray:
 
 
 def _halved(values: FloatArray) -> FloatArray:
-    """Values on the grid of half the spacing: the old nodes, and trilinear means between them, which keep their sign."""
+    """Values on the grid of half the spacing: the old nodes, and trilinear means between them,
+    which keep their sign."""
     for axis in range(3):
         ahead = np.moveaxis(values, axis, 0)
         fine = np.empty((2 * len(ahead) - 1, *ahead.shape[1:]), np.float32)
@@ -229,7 +279,9 @@ def _halved_known(known: BoolArray) -> BoolArray:
     return fine
 
 
-def mesh_grid(values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 1.0, smoothing: int = 4) -> tuple[FloatArray, IntArray]:
+def mesh_grid(
+    values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 1.0, smoothing: int = 4
+) -> tuple[FloatArray, IntArray]:
     """The zero level of sampled values as a closed, even mesh.
 
     Parameters
@@ -245,7 +297,8 @@ def mesh_grid(values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 
     Returns
     -------
     vertices : (V, 3) float64, metres; faces : (F, 3) int64
-        Watertight, outward, and without what is not connected with the largest piece (or large itself); bubbles are filled.
+        Watertight, outward, and without what is not connected with the largest piece (or large
+        itself); bubbles are filled.
 
     Raises
     ------
@@ -258,7 +311,9 @@ def mesh_grid(values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 
     kept = np.asarray(values, np.float32)
     kept = np.where(np.abs(kept) < limit, np.where(kept < 0, -limit, limit), kept)
     if not (kept < 0).any():
-        raise InputError("the field has no surface in the bounds: it is positive everywhere; do field, bounds and photo belong together?")
+        raise InputError(
+            "the field has no surface in the bounds: it is positive everywhere; do field, bounds and photo belong together?"
+        )
     points, faces, _, _ = marching_cubes(kept, 0.0, gradient_direction="ascent")
     points, faces = grid.origin + points.astype(np.float64) * grid.cell, faces.astype(np.int64)
     if signed_volumes(points, faces, np.zeros(len(faces), np.int64))[0] < 0:
@@ -266,8 +321,11 @@ def mesh_grid(values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 
     return even_out(*keep_pieces(points, faces, pieces), vertices, smoothing=smoothing)
 
 
-def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: int = 4) -> tuple[FloatArray, IntArray]:
-    """A closed mesh with about `target` vertices in even triangles: decimation by quadrics, then flips and tangential smoothing.
+def even_out(
+    vertices: FloatArray, faces: IntArray, target: int, *, smoothing: int = 4
+) -> tuple[FloatArray, IntArray]:
+    """A closed mesh with about `target` vertices in even triangles: decimation by quadrics, then
+    flips and tangential smoothing.
 
     Small surfaces are subdivided (Loop) first.
 
@@ -282,7 +340,8 @@ def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: i
     Returns
     -------
     vertices, faces
-        Closed, in as many pieces as before, and free of self-intersections wherever they can be cut out and patched.
+        Closed, in as many pieces as before, and free of self-intersections wherever they can be cut
+        out and patched.
 
     Raises
     ------
@@ -294,7 +353,9 @@ def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: i
 
     meshes: Any = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    if not is_closed(vertices, faces):  # in ambiguous cells marching cubes may leave a hole (seen once in 60 grids of white noise)
+    if not is_closed(
+        vertices, faces
+    ):  # in ambiguous cells marching cubes may leave a hole (seen once in 60 grids of white noise)
         _close(meshes)
         vertices, faces = keep_pieces(*_current(meshes))
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
@@ -307,11 +368,14 @@ def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: i
             while len(found[0]) < LEAST_VERTICES:
                 found = trimesh.remesh.subdivide(*found)
             return found[0], found[1]
-    raise A2VError(f"no closed mesh of {pieces} pieces is left after the clean-up; give another resolution")
+    raise A2VError(
+        f"no closed mesh of {pieces} pieces is left after the clean-up; give another resolution"
+    )
 
 
 def _clean_up(meshes: Any, target: int, smoothing: int) -> list[tuple[FloatArray, IntArray]]:
-    """Smooth, decimate to `target` vertices, even out and untangle pymeshlab's current mesh: vertices and faces after each step."""
+    """Smooth, decimate to `target` vertices, even out and untangle pymeshlab's current mesh:
+    vertices and faces after each step."""
     import pymeshlab
 
     def smooth(rounds: int) -> None:
@@ -321,12 +385,21 @@ def _clean_up(meshes: Any, target: int, smoothing: int) -> list[tuple[FloatArray
     smooth(smoothing)
     states = [_current(meshes)]
     while meshes.current_mesh().vertex_number() < 1.05 * target:
-        meshes.meshing_surface_subdivision_loop(iterations=1, threshold=pymeshlab.PercentageValue(0))
+        meshes.meshing_surface_subdivision_loop(
+            iterations=1, threshold=pymeshlab.PercentageValue(0)
+        )
     meshes.meshing_decimation_quadric_edge_collapse(
-        targetfacenum=2 * target, preservetopology=True, preservenormal=True, qualitythr=0.5, planarquadric=True, optimalplacement=True
+        targetfacenum=2 * target,
+        preservetopology=True,
+        preservenormal=True,
+        qualitythr=0.5,
+        planarquadric=True,
+        optimalplacement=True,
     )
     states.append(_current(meshes))
-    meshes.meshing_isotropic_explicit_remeshing(iterations=2, splitflag=False, collapseflag=False, featuredeg=60.0, checksurfdist=False)
+    meshes.meshing_isotropic_explicit_remeshing(
+        iterations=2, splitflag=False, collapseflag=False, featuredeg=60.0, checksurfdist=False
+    )
     smooth(smoothing // 2)
     meshes.meshing_remove_unreferenced_vertices()
     states.append(_current(meshes))
@@ -344,16 +417,28 @@ def _count_pieces(vertices: FloatArray, faces: IntArray) -> int:
     return int(piece_of_faces(len(vertices), faces).max()) + 1
 
 
-def snap_to_level(vertices: FloatArray, faces: IntArray, field: Field, reach: float, *, rounds: int = 2, chunk: int = 65_536) -> FloatArray:
-    """Vertices (V, 3) moved along their normals by the field's value, at most `reach` metres a round; where faces would cross they stay."""
+def snap_to_level(
+    vertices: FloatArray,
+    faces: IntArray,
+    field: Field,
+    reach: float,
+    *,
+    rounds: int = 2,
+    chunk: int = 65_536,
+) -> FloatArray:
+    """Vertices (V, 3) moved along their normals by the field's value, at most `reach` metres a
+    round; where faces would cross they stay."""
     placed = np.asarray(vertices, np.float64)
     for _ in range(rounds):
-        placed = placed - np.clip(_evaluate(field, placed, chunk), -reach, reach)[:, None] * vertex_normals(placed, faces)
+        placed = placed - np.clip(_evaluate(field, placed, chunk), -reach, reach)[
+            :, None
+        ] * vertex_normals(placed, faces)
     return without_crossings(placed, vertices, faces)
 
 
 def without_crossings(placed: FloatArray, vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Moved vertices `placed` (V, 3), but where faces cross there the vertices (V, 3) stay where they were."""
+    """Moved vertices `placed` (V, 3), but where faces cross there the vertices (V, 3) stay where
+    they were."""
     placed = placed.copy()
     for _ in range(8):
         crossing = self_intersections(placed, faces)
@@ -377,7 +462,8 @@ def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
 
 
 def _cut_self_intersections(meshes: Any, rounds: int = 4) -> None:
-    """Delete faces that run into each other, with a growing ring around them, and close the holes."""
+    """Delete faces that run into each other, with a growing ring around them, and close the
+    holes."""
     for turn in range(rounds):
         meshes.compute_selection_by_self_intersections_per_face()
         if meshes.current_mesh().selected_face_number() == 0:

@@ -1,4 +1,5 @@
-"""The body's hands sewn into the surface: a field that is asked every half a centimetre makes mittens, of which no finger moves."""
+"""The body's hands sewn into the surface: a field that is asked every half a centimetre makes
+mittens, of which no finger moves."""
 
 from __future__ import annotations
 
@@ -22,10 +23,12 @@ _GAP = 0.008
 _REACH = 0.3
 """Nothing farther from the wrist, metres, is cut."""
 _AROUND = 0.085
-"""The hole's rim lies within so many metres of the wrist: a larger one would take more than a hand away."""
+"""The hole's rim lies within so many metres of the wrist: a larger one would take more than a hand
+away."""
 _LEAST_RIM = 12
 _FARTHEST = 0.08
-"""Where the surface is farther from the body's hand, metres, it holds something, or the fit is wrong."""
+"""Where the surface is farther from the body's hand, metres, it holds something, or the fit is
+wrong."""
 _SHIFTED = 0.04
 """Where the surface's wrist is farther off, metres, it is not the body's."""
 _STRETCHED = (0.75, 1.3)
@@ -40,19 +43,24 @@ class HandSettings:
     Attributes
     ----------
     replace : bool
-        Sew in the fitted body's hands, with fingers that move; without, hands are as the surface has them.
+        Sew in the fitted body's hands, with fingers that move; without, hands are as the surface
+        has them.
     bend : bool
-        Bend the body's fingers as the photo shows them, or as relaxed hands have them; without, they are straight.
+        Bend the body's fingers as the photo shows them, or as relaxed hands have them; without,
+        they are straight.
     """
 
     replace: bool = True
     bend: bool = True
 
 
-def add_hands(person: Reconstruction, body: Body, *, settings: HandSettings = HandSettings()) -> Reconstruction:
+def add_hands(
+    person: Reconstruction, body: Body, *, settings: HandSettings = HandSettings()
+) -> Reconstruction:
     """Replace the hands of a surface by the body's own.
 
-    Each is cut off at the wrist; the body's is moved and thickened there to fit, which fades out along the hand, and is sewn to the rim.
+    Each is cut off at the wrist; the body's is moved and thickened there to fit, which fades out
+    along the hand, and is sewn to the rim.
 
     Parameters
     ----------
@@ -63,7 +71,8 @@ def add_hands(person: Reconstruction, body: Body, *, settings: HandSettings = Ha
     Returns
     -------
     Reconstruction
-        `person` itself for another body, and where its surface is the body already. A hand that cannot be cut off, since it touches or holds something, stays as it is;
+        `person` itself for another body, and where its surface is the body already. A hand that
+        cannot be cut off, since it touches or holds something, stays as it is;
         ``surface.provenance["hands"]`` says which are the body's.
     """
     if not settings.replace or person.from_body or body.model != "anny":
@@ -75,7 +84,10 @@ def add_hands(person: Reconstruction, body: Body, *, settings: HandSettings = Ha
             person = changed
             done.append(side)
     surface = person.surface
-    return dataclasses.replace(person, surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"hands": done}))
+    return dataclasses.replace(
+        person,
+        surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"hands": done}),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +103,8 @@ class HandPatch:
     rim : (n,) int
         Into `vertices`, in order.
     out : (V,) float
-        How far each of the body's vertices is beyond the wrist along the hand, metres, on the body at rest; -inf for those that are not the hand's.
+        How far each of the body's vertices is beyond the wrist along the hand, metres, on the body
+        at rest; -inf for those that are not the hand's.
     """
 
     vertices: IntArray
@@ -102,16 +115,28 @@ class HandPatch:
 
 @functools.cache
 def hand_patch(letter: str) -> HandPatch:
-    """The hand of a side, ".L" or ".R", found once on Anny at rest, where no bent finger reaches back over the wrist."""
+    """The hand of a side, ".L" or ".R", found once on Anny at rest, where no bent finger reaches
+    back over the wrist."""
     import torch
 
     from a2v.body.registry import load_body_model
 
     model = load_body_model("anny")
-    rest, heads = (part.numpy().astype(np.float64) for part in model.rest(torch.from_numpy(model.shape_default)))
-    wrist, knuckle = (heads[model.bone_names.index(name + letter)] for name in ("wrist", "finger3-1"))
-    bones = [bone for bone, name in enumerate(model.bone_names) if name.endswith(letter) and name.startswith(("wrist", "finger", "metacarpal"))]
-    out = np.where(model.weights[:, bones].sum(axis=1) > 0.2, (rest - wrist) @ unit(knuckle - wrist), -np.inf)
+    rest, heads = (
+        part.numpy().astype(np.float64)
+        for part in model.rest(torch.from_numpy(model.shape_default))
+    )
+    wrist, knuckle = (
+        heads[model.bone_names.index(name + letter)] for name in ("wrist", "finger3-1")
+    )
+    bones = [
+        bone
+        for bone, name in enumerate(model.bone_names)
+        if name.endswith(letter) and name.startswith(("wrist", "finger", "metacarpal"))
+    ]
+    out = np.where(
+        model.weights[:, bones].sum(axis=1) > 0.2, (rest - wrist) @ unit(knuckle - wrist), -np.inf
+    )
     faces = model.faces.astype(np.int64)
     chosen = single_rim(faces, (out > _BEYOND)[faces].all(axis=1))
     vertices = np.unique(faces[chosen])
@@ -121,7 +146,8 @@ def hand_patch(letter: str) -> HandPatch:
 
 
 def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | None:
-    """The reconstruction with one hand of the body's; None where that of the surface cannot be cut off."""
+    """The reconstruction with one hand of the body's; None where that of the surface cannot be cut
+    off."""
     patch, surface = hand_patch(letter), person.surface
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     wrist = body.bone_transforms[body.bone_names.index(f"wrist{letter}"), :3, 3].astype(np.float64)
@@ -130,7 +156,11 @@ def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | N
         return None
     staying = faces[single_rim(faces, ~covered[faces].any(axis=1))]
     loops = border_loops(staying)
-    if len(loops) != 1 or len(loops[0]) < _LEAST_RIM or np.linalg.norm(vertices[loops[0]] - wrist, axis=1).max() > _AROUND:
+    if (
+        len(loops) != 1
+        or len(loops[0]) < _LEAST_RIM
+        or np.linalg.norm(vertices[loops[0]] - wrist, axis=1).max() > _AROUND
+    ):
         return None
     placed = _fitted(body.vertices[patch.vertices].astype(np.float64), patch, vertices[loops[0]])
     if placed is None:
@@ -139,8 +169,11 @@ def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | N
     return _joined(person, every, made, kept, patch.vertices)
 
 
-def _covered(vertices: FloatArray, body: Body, patch: HandPatch, wrist: FloatArray) -> BoolArray | None:
-    """Which vertices (V,) of the surface are the hand's: the nearest of the body is, beyond where the strip begins. None where one is far from it."""
+def _covered(
+    vertices: FloatArray, body: Body, patch: HandPatch, wrist: FloatArray
+) -> BoolArray | None:
+    """Which vertices (V,) of the surface are the hand's: the nearest of the body is, beyond where
+    the strip begins. None where one is far from it."""
     from scipy.spatial import cKDTree
 
     near = np.flatnonzero(np.linalg.norm(vertices - wrist, axis=1) < _REACH)
@@ -151,27 +184,35 @@ def _covered(vertices: FloatArray, body: Body, patch: HandPatch, wrist: FloatArr
 
 
 def _fitted(hand: FloatArray, patch: HandPatch, hole: FloatArray) -> FloatArray | None:
-    """The hand (K, 3) moved and thickened at its rim to fit the hole (n, 3); None where the two are too far apart."""
+    """The hand (K, 3) moved and thickened at its rim to fit the hole (n, 3); None where the two are
+    too far apart."""
     rim = hand[patch.rim]
     middle, normal = rim.mean(axis=0), np.linalg.svd(rim - rim.mean(axis=0))[2][2]
     across = np.eye(3) - np.outer(normal, normal)
     shift = across @ (hole.mean(axis=0) - middle)
     if np.linalg.norm(shift) > _SHIFTED:
         return None
-    radii = [np.linalg.norm((ring - ring.mean(axis=0)) @ across, axis=1).mean() for ring in (hole, rim)]
+    radii = [
+        np.linalg.norm((ring - ring.mean(axis=0)) @ across, axis=1).mean() for ring in (hole, rim)
+    ]
     stretch = np.clip(radii[0] / radii[1], *_STRETCHED) - 1
     share = 1 - smoothstep(patch.out[patch.vertices], _BEYOND, _BEYOND + _FADE)[:, None]
     return np.asarray(hand + share * (shift + stretch * (hand - middle) @ across))
 
 
-def _joined(person: Reconstruction, vertices: FloatArray, faces: IntArray, kept: IntArray, twins: IntArray) -> Reconstruction:
-    """The reconstruction on a new mesh: first what is `kept` of the surface, then the body's vertices `twins`, coloured as what was nearest."""
+def _joined(
+    person: Reconstruction, vertices: FloatArray, faces: IntArray, kept: IntArray, twins: IntArray
+) -> Reconstruction:
+    """The reconstruction on a new mesh: first what is `kept` of the surface, then the body's
+    vertices `twins`, coloured as what was nearest."""
     from scipy.spatial import cKDTree
 
     surface = person.surface
     nearest = cKDTree(surface.vertices).query(vertices[len(kept) :])[1]
     source = np.concatenate([kept, nearest])
-    before = np.full(len(surface.vertices), -1, np.int32) if surface.twins is None else surface.twins
+    before = (
+        np.full(len(surface.vertices), -1, np.int32) if surface.twins is None else surface.twins
+    )
     made = dataclasses.replace(
         surface,
         vertices=vertices.astype(np.float32),
@@ -180,4 +221,6 @@ def _joined(person: Reconstruction, vertices: FloatArray, faces: IntArray, kept:
         twins=np.concatenate([before[kept], twins.astype(np.int32)]),
     )
     expected = person.expected_colors
-    return dataclasses.replace(person, surface=made, expected_colors=None if expected is None else expected[source])
+    return dataclasses.replace(
+        person, surface=made, expected_colors=None if expected is None else expected[source]
+    )

@@ -1,4 +1,5 @@
-"""Where the photo's landmarks have arms and hands: what lies there is theirs, also where the fitted body holds its arms otherwise."""
+"""Where the photo's landmarks have arms and hands: what lies there is theirs, also where the fitted
+body holds its arms otherwise."""
 
 from __future__ import annotations
 
@@ -33,11 +34,21 @@ _LIKE = 15.0
 """Colours so near to the face's, CIELAB units, are skin."""
 _GLOVE = 0.25
 """Hands of which a smaller share is like it wear gloves."""
-_FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
+_FINGERS = (
+    (0, 1, 2, 3, 4),
+    (0, 5, 6, 7, 8),
+    (5, 9, 10, 11, 12),
+    (9, 13, 14, 15, 16),
+    (13, 17, 18, 19, 20),
+    (0, 17),
+)
 
 
-def arms_by_landmarks(subject: Subject, body: Body, camera: Camera, shape: tuple[int, int], step: int) -> tuple[BoolArray, BoolArray]:
-    """Which pixels are of which arm by the landmarks, and for which parts they are the better answer than the fit.
+def arms_by_landmarks(
+    subject: Subject, body: Body, camera: Camera, shape: tuple[int, int], step: int
+) -> tuple[BoolArray, BoolArray]:
+    """Which pixels are of which arm by the landmarks, and for which parts they are the better
+    answer than the fit.
 
     Parameters
     ----------
@@ -48,7 +59,8 @@ def arms_by_landmarks(subject: Subject, body: Body, camera: Camera, shape: tuple
 
     Returns
     -------
-    (P, h, w) bool, of lower arms and hands alone, and (P,) bool: lower arms and hands whose fit is off, and hands whose fingers were seen.
+    (P, h, w) bool, of lower arms and hands alone, and (P,) bool: lower arms and hands whose fit is
+    off, and hands whose fingers were seen.
     """
     found, better = np.zeros((len(PARTS), *shape), bool), np.zeros(len(PARTS), bool)
     scale = camera.scale / step
@@ -62,20 +74,34 @@ def arms_by_landmarks(subject: Subject, body: Body, camera: Camera, shape: tuple
         if sure and not ahead < _BEHIND:
             found[arm] = _strokes([points[[elbow, wrist]]], _LOWER * scale, shape)
             middle = points[list(knuckles)].mean(axis=0)
-            found[hand] = _strokes([np.stack([points[wrist], points[wrist] + _REACH * (middle - points[wrist])])], _PALM * scale, shape)
-            joints = np.stack([body.bone_transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3] for bone in ("lowerarm01", "wrist")])
-            off = np.linalg.norm(camera.project(joints.astype(np.float64)) / step - points[[elbow, wrist]], axis=1).max()
+            found[hand] = _strokes(
+                [np.stack([points[wrist], points[wrist] + _REACH * (middle - points[wrist])])],
+                _PALM * scale,
+                shape,
+            )
+            joints = np.stack(
+                [
+                    body.bone_transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3]
+                    for bone in ("lowerarm01", "wrist")
+                ]
+            )
+            off = np.linalg.norm(
+                camera.project(joints.astype(np.float64)) / step - points[[elbow, wrist]], axis=1
+            ).max()
             better[[arm, hand]] = off > _OFF * scale
         if seen:
             assert subject.hands is not None
             own = subject.hands[number, :, :2].astype(np.float64) / step
-            found[hand] = _strokes([own[list(finger)] for finger in _FINGERS], _FINGER * scale, shape)
+            found[hand] = _strokes(
+                [own[list(finger)] for finger in _FINGERS], _FINGER * scale, shape
+            )
             better[hand] = True
     return found, better
 
 
 def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
-    """Which pixels (h, w), every `step`-th, look like the skin of the face, where hands are bare; None where the face is not seen or the hands wear gloves.
+    """Which pixels (h, w), every `step`-th, look like the skin of the face, where hands are bare;
+    None where the face is not seen or the hands wear gloves.
 
     Parameters
     ----------
@@ -88,7 +114,9 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     if subject.face is None:
         return None
     size = arms.shape[:0:-1]
-    lab = np.asarray(rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64)
+    lab = np.asarray(
+        rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
+    )
     column, row = (subject.face[:, :2] / step).astype(np.int64).T
     known = [lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])]
     for number, side in enumerate(("left", "right")):
@@ -100,22 +128,31 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     like = np.any([np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
         own = arms[PARTS.index(f"{side}_hand")]
-        if subject.hands is not None and subject.hands[number, 0, 3] > 0 and own.any() and like[own].mean() < _GLOVE:
+        if (
+            subject.hands is not None
+            and subject.hands[number, 0, 3] > 0
+            and own.any()
+            and like[own].mean() < _GLOVE
+        ):
             return None
     return np.asarray(like)
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colours (n, 3): hair and shadow are darker; None where little has."""
+    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colours (n, 3): hair and
+    shadow are darker; None where little has."""
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-    skin = lab[(hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)]
+    skin = lab[
+        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)
+    ]
     if len(skin) < 10 or len(skin) < 0.25 * len(lab):
         return None
     return np.asarray(np.median(skin[skin[:, 0] >= np.median(skin[:, 0])], axis=0))
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:
-    """Pixels (h, w) within `width` of polylines (n, 2), and of the polygon of all of them where there are several."""
+    """Pixels (h, w) within `width` of polylines (n, 2), and of the polygon of all of them where
+    there are several."""
     import cv2
 
     drawn = np.zeros(shape, np.uint8)

@@ -1,4 +1,5 @@
-"""What the photo shows of one half of a head stands for the half that it hides: faces are alike on both sides, in the texture too."""
+"""What the photo shows of one half of a head stands for the half that it hides: faces are alike on
+both sides, in the texture too."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
-"""A place that faces the camera by less than the first share of what the mirrored one does takes that one's colours, from the second share on its own."""
+"""A place that faces the camera by less than the first share of what the mirrored one does takes
+that one's colours, from the second share on its own."""
 
 
 def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
@@ -24,14 +26,24 @@ def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
 
 
 def of_other_half(
-    photo: PhotoProjection, mesh: ColoredMesh, corner: IntArray, weight: FloatArray, trust: FloatArray
+    photo: PhotoProjection,
+    mesh: ColoredMesh,
+    corner: IntArray,
+    weight: FloatArray,
+    trust: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The `trust` (n, 1) in a photo's colours, less where the mirrored place is seen much more squarely; the trust in that one's (n, 1); and its colours (n, 3), sRGB.
+    """The `trust` (n, 1) in a photo's colours, less where the mirrored place is seen much more
+    squarely; the trust in that one's (n, 1); and its colours (n, 3), sRGB.
 
-    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Off head and neck nothing is mirrored.
+    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Off head and neck
+    nothing is mirrored.
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
-    own = np.flatnonzero(on_parts(photo.canvas.parts[corner], *HEAD).all(axis=1)) if photo.canvas is not None else np.zeros(0, np.int64)
+    own = (
+        np.flatnonzero(on_parts(photo.canvas.parts[corner], *HEAD).all(axis=1))
+        if photo.canvas is not None
+        else np.zeros(0, np.int64)
+    )
     if photo.canvas is None or not len(own):
         return kept, beyond, colors
     share = weight[own]

@@ -1,4 +1,5 @@
-"""A photo as it projects onto a surface: what it shows of each point, and how far that is to be trusted."""
+"""A photo as it projects onto a surface: what it shows of each point, and how far that is to be
+trusted."""
 
 from __future__ import annotations
 
@@ -25,20 +26,31 @@ class PhotoProjection:
         self.clean = clean_colors(subject)
         height, width = subject.mask.shape
         depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
-        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour from before
+        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour
+        # from before
         self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
         person = (subject.mask > 0.5).astype(np.uint8)
-        self.inner = cv2.distanceTransform(cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
+        self.inner = cv2.distanceTransform(
+            cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5
+        )[1:-1, 1:-1]
         tall = float(np.ptp(np.nonzero(person)[0]) + 1)
         self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
 
     def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
-        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over the patch that it stands for."""
+        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over
+        the patch that it stands for."""
         import cv2
 
-        spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * self.camera.scale
-        softened = cv2.GaussianBlur(self.clean, (0, 0), 0.4 * spacing) if spacing > 1 else self.clean
-        return np.clip(sample_image(softened, self.camera.project(vertices)), 0, 1).astype(np.float64)
+        spacing = (
+            float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1)))
+            * self.camera.scale
+        )
+        softened = (
+            cv2.GaussianBlur(self.clean, (0, 0), 0.4 * spacing) if spacing > 1 else self.clean
+        )
+        return np.clip(sample_image(softened, self.camera.project(vertices)), 0, 1).astype(
+            np.float64
+        )
 
     def _pixel(self, points: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
         pixels = self.camera.project(points)
@@ -48,7 +60,8 @@ class PhotoProjection:
         return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
 
     def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
-        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are inside the photo."""
+        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are
+        inside the photo."""
         u, v, within = self._pixel(points)
         return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
 

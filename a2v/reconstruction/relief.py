@@ -1,7 +1,9 @@
-"""Positions and normals joined: a surface keeps its form at large and takes its relief from normals that are known better.
+"""Positions and normals joined: a surface keeps its form at large and takes its relief from normals
+that are known better.
 
-After Nehab et al. 2005, "Efficiently combining positions and normals for precise 3D geometry": a linear least-squares problem over the mesh,
-here with one unknown a vertex, its way along the normal.
+After Nehab et al. 2005, "Efficiently combining positions and normals for precise 3D geometry": a
+linear least-squares problem over the mesh, here with one unknown a vertex, its way along the
+normal.
 """
 
 from __future__ import annotations
@@ -12,12 +14,19 @@ from a2v.types import FloatArray, IntArray
 
 
 def follow_normals(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, trust: FloatArray, *, stiffness: float = 0.3, largest: float = 0.015
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    trust: FloatArray,
+    *,
+    stiffness: float = 0.3,
+    largest: float = 0.015,
 ) -> FloatArray:
     """Move vertices along the normals that they should have, so that the surface has them.
 
-    Minimises ``sum over edges w (n . (p_i - p_j))^2 + stiffness * sum t^2`` with ``p = vertices + t normals`` and the mean normal n of an
-    edge: each edge should lie in the plane that its normal says.
+    Minimises ``sum over edges w (n . (p_i - p_j))^2 + stiffness * sum t^2`` with ``p = vertices + t
+    normals`` and the mean normal n of an edge: each edge should lie in the plane that its normal
+    says.
 
     Parameters
     ----------
@@ -29,7 +38,8 @@ def follow_normals(
     trust : (V,)
         From 0, a vertex without a wanted normal, which stays, to 1.
     stiffness : float
-        What it costs to leave the place: larger values let only finer relief change. With edges of 8 mm, 0.3 lets waves of up to about 15 cm, 0.03 of half a metre.
+        What it costs to leave the place: larger values let only finer relief change. With edges of
+        8 mm, 0.3 lets waves of up to about 15 cm, 0.03 of half a metre.
     largest : float
         No vertex moves farther, metres.
 
@@ -47,8 +57,16 @@ def follow_normals(
     between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-9)
     weight = np.sqrt(np.minimum(trust[first], trust[last]))
     rows = np.arange(len(edges))
-    values = np.concatenate([weight * (between * normals[first]).sum(axis=1), -weight * (between * normals[last]).sum(axis=1)])
-    slope = coo_matrix((values, (np.tile(rows, 2), np.concatenate([first, last]))), shape=(len(edges), len(vertices))).tocsr()
+    values = np.concatenate(
+        [
+            weight * (between * normals[first]).sum(axis=1),
+            -weight * (between * normals[last]).sum(axis=1),
+        ]
+    )
+    slope = coo_matrix(
+        (values, (np.tile(rows, 2), np.concatenate([first, last]))),
+        shape=(len(edges), len(vertices)),
+    ).tocsr()
     wrong = weight * (between * (vertices[first] - vertices[last])).sum(axis=1)
     hold = stiffness * (1 + 100 * (1 - trust))
     matrix = (slope.T @ slope + diags(hold)).tocsr()

@@ -1,4 +1,5 @@
-"""Pixels that the mask has for the person and that show what lies around: between two legs, under an arm, beside a hip."""
+"""Pixels that the mask has for the person and that show what lies around: between two legs, under
+an arm, beside a hip."""
 
 from __future__ import annotations
 
@@ -19,14 +20,16 @@ _COLOR = 9.0
 _PLACE = 0.3
 """So many metres count like `_COLOR`."""
 _ALIKE = 1.2
-"""A pixel shows the surroundings where it is nearer to one of their samples than this, of colour and place together, and ..."""
+"""A pixel shows the surroundings where it is nearer to one of their samples than this, of colour
+and place together, and ..."""
 _RATIO = 0.6
 """... than this share of its distance from the nearest of the person's."""
 _SAMPLES = 6000
 
 
 def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
-    """Which pixels (h, w) of the person's mask look like what is around the person, and not like the person next to there.
+    """Which pixels (h, w) of the person's mask look like what is around the person, and not like
+    the person next to there.
 
     Parameters
     ----------
@@ -43,16 +46,23 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
 
     size = shown.shape[::-1]
     mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    lab = np.asarray(rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64)
+    lab = np.asarray(
+        rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64
+    )
     deep = (_away(shown < 0) > _DEEP * scale) & (mask > 0.9)
     outside = _away(mask > 0.1)
     around = (outside > _RIM * scale) & (outside < _NEAR * scale)
-    doubtful = (mask > 0.5) & ~deep & (np.minimum(_away(shown < 0), _away(mask < 0.5)) < _DOUBTFUL * scale)
+    doubtful = (
+        (mask > 0.5) & ~deep & (np.minimum(_away(shown < 0), _away(mask < 0.5)) < _DOUBTFUL * scale)
+    )
     result = np.zeros(shown.shape, bool)
     if not (deep.any() and around.any() and doubtful.any()):
         return result
     own, other, asked = (_features(lab, chosen, scale) for chosen in (deep, around, doubtful))
-    to_own, to_other = (cKDTree(samples[:: max(1, len(samples) // _SAMPLES)]).query(asked, workers=1)[0] for samples in (own, other))
+    to_own, to_other = (
+        cKDTree(samples[:: max(1, len(samples) // _SAMPLES)]).query(asked, workers=1)[0]
+        for samples in (own, other)
+    )
     result[doubtful] = (to_other < _ALIKE) & (to_other < _RATIO * to_own)
     return result
 

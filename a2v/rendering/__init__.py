@@ -1,11 +1,18 @@
 """Rendering on the CPU: the stage, the four cameras that follow, denoising, and video files.
 
-`choose_variant` finds what works here; `Renderer(surface, settings).render(vertices, camera)` makes pictures;
-`follow_cameras` aims; `write_video` and its siblings write. See ``docs/rendering.md``. Importing this package
-imports neither Mitsuba nor PyAV.
+`choose_variant` finds what works here; `Renderer(surface, settings).render(vertices, camera)` makes
+pictures; `follow_cameras` aims; `write_video` and its siblings write. See ``docs/rendering.md``.
+Importing this package imports neither Mitsuba nor PyAV.
 """
 
-from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
+from a2v.rendering.camera import (
+    AZIMUTHS,
+    CameraPath,
+    ViewCamera,
+    check_views,
+    follow_cameras,
+    read_cameras,
+)
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
 from a2v.rendering.framing import Framing
@@ -15,7 +22,15 @@ from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Renderer
 from a2v.rendering.scene import LookSettings
 from a2v.rendering.variant import activate, choose_variant
-from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp, write_within
+from a2v.rendering.video import (
+    VideoInfo,
+    probe_video,
+    read_video,
+    write_gif,
+    write_video,
+    write_webp,
+    write_within,
+)
 
 __all__ = [
     "AZIMUTHS",

@@ -1,4 +1,5 @@
-"""Perspective cameras, the four that follow the character, and cameras of one's own out of a small YAML file."""
+"""Perspective cameras, the four that follow the character, and cameras of one's own out of a small
+YAML file."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ from a2v.rendering.framing import Framing, Subject
 from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
 AZIMUTHS = {"front": 0.0, "back": 180.0, "left": 90.0, "right": -90.0}
-"""Where the cameras of `VIEWS` stand, degrees from the front: a person who faces +z has its left at +x."""
+"""Where the cameras of `VIEWS` stand, degrees from the front: a person who faces +z has its left at
++x."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,13 +46,18 @@ class ViewCamera(Record):
     def __post_init__(self) -> None:
         values = np.array([*self.origin, *self.target, *self.up, self.fov], np.float64)
         if not np.isfinite(values).all() or not 0 < self.fov < 180:
-            raise InputError(f"a camera with fov {self.fov} at {self.origin} cannot be used; expected finite numbers, fov in (0, 180)")
+            raise InputError(
+                f"a camera with fov {self.fov} at {self.origin} cannot be used; expected finite numbers, fov in (0, 180)"
+            )
         if np.linalg.norm(np.cross(self.up, np.subtract(self.target, self.origin))) < 1e-9:
-            raise InputError(f"the camera at {self.origin} looks along its own up direction; choose another target or up")
+            raise InputError(
+                f"the camera at {self.origin} looks along its own up direction; choose another target or up"
+            )
 
     @property
     def axes(self) -> FloatArray:
-        """Rows (3, 3): the picture's right, up, and the direction towards the viewer, unit length, world."""
+        """Rows (3, 3): the picture's right, up, and the direction towards the viewer, unit length,
+        world."""
         backward = np.subtract(self.origin, self.target).astype(np.float64)
         backward /= np.linalg.norm(backward)
         right = np.cross(self.up, backward)
@@ -58,37 +65,45 @@ class ViewCamera(Record):
         return np.stack([right, np.cross(backward, right), backward])
 
     def project(self, points: FloatArray, size: int) -> FloatArray:
-        """Pixels (..., 2), u to the right and v down, of points (..., 3) in metres; the first pixel's centre is (0.5, 0.5).
+        """Pixels (..., 2), u to the right and v down, of points (..., 3) in metres; the first
+        pixel's centre is (0.5, 0.5).
 
         Points behind the camera give NaN.
         """
         local = (np.asarray(points, np.float64) - self.origin) @ self.axes.T
         depth = np.where(local[..., 2] < 0, -local[..., 2], np.nan)
         reach = size / 2 / np.tan(np.radians(self.fov) / 2)
-        return np.stack([size / 2 + reach * local[..., 0] / depth, size / 2 - reach * local[..., 1] / depth], axis=-1)
+        return np.stack(
+            [size / 2 + reach * local[..., 0] / depth, size / 2 - reach * local[..., 1] / depth],
+            axis=-1,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath(Record):
     """How one view's camera moves over a clip. Angles are degrees.
 
-    Either it stands around the character (`azimuth`, `elevation`, `turn`, `distance`, `follow`), or at a place of the world
-    (`origin`): there it looks at `target`, or turns after the character where none is given.
+    Either it stands around the character (`azimuth`, `elevation`, `turn`, `distance`, `follow`), or
+    at a place of the world (`origin`): there it looks at `target`, or turns after the character
+    where none is given.
 
     Attributes
     ----------
     name : str
         Name of the view and of its files.
     azimuth : float
-        Where it stands: 0 in front of the person as it faces in the mean over the clip, 90 at its left, 180 behind.
+        Where it stands: 0 in front of the person as it faces in the mean over the clip, 90 at its
+        left, 180 behind.
     elevation : float
         Height above the horizon as an angle, below 90 and above -90.
     turn : float
-        How far it goes around the character over the whole clip, towards the person's left; 360 gives a turntable that loops.
+        How far it goes around the character over the whole clip, towards the person's left; 360
+        gives a turntable that loops.
     fov : float
         Field of view.
     distance : float or None
-        From the character's middle, metres; None: the least at which the whole body keeps a border at every frame.
+        From the character's middle, metres; None: the least at which the whole body keeps a border
+        at every frame.
     follow : bool
         Go along with the character; False: stand still and see its whole path.
     origin, target : tuple of 3 float or None
@@ -107,26 +122,50 @@ class CameraPath(Record):
 
     def __post_init__(self) -> None:
         if not re.fullmatch(NAME_PATTERN, self.name):
-            raise InputError(f"'{self.name}' names no camera; expected letters, digits, - and _, since files are named so")
+            raise InputError(
+                f"'{self.name}' names no camera; expected letters, digits, - and _, since files are named so"
+            )
         where = f"camera '{self.name}'"
-        numbers = [self.azimuth, self.elevation, self.turn, self.fov, self.distance or 1.0, *(self.origin or ()), *(self.target or ())]
+        numbers = [
+            self.azimuth,
+            self.elevation,
+            self.turn,
+            self.fov,
+            self.distance or 1.0,
+            *(self.origin or ()),
+            *(self.target or ()),
+        ]
         if not np.isfinite(numbers).all():
             raise InputError(f"{where} holds a number that is not finite")
         if not -90 < self.elevation < 90 or not 0 < self.fov < 180:
-            raise InputError(f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < elevation < 90, 0 < fov < 180")
+            raise InputError(
+                f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < elevation < 90, 0 < fov < 180"
+            )
         if self.distance is not None and self.distance <= 0:
             raise InputError(f"{where} has distance {self.distance}; expected metres above 0")
         if self.target is not None and self.origin is None:
-            raise InputError(f"{where} has a target but no origin; give both, or azimuth and elevation")
+            raise InputError(
+                f"{where} has a target but no origin; give both, or azimuth and elevation"
+            )
         placed = self.azimuth, self.elevation, self.turn, self.distance, self.follow
         if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
-            raise InputError(f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, distance and follow")
+            raise InputError(
+                f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, distance and follow"
+            )
 
     def toward(self, frames: int, front: float = 0.0) -> FloatArray:
-        """Unit vectors (T, 3) from the character to the camera; `front` is where azimuth 0 is, degrees about +y from +z."""
+        """Unit vectors (T, 3) from the character to the camera; `front` is where azimuth 0 is,
+        degrees about +y from +z."""
         angle = np.radians(front + self.azimuth + self.turn * np.arange(frames) / frames)
         rise = np.radians(self.elevation)
-        return np.stack([np.cos(rise) * np.sin(angle), np.full(frames, np.sin(rise)), np.cos(rise) * np.cos(angle)], axis=-1)
+        return np.stack(
+            [
+                np.cos(rise) * np.sin(angle),
+                np.full(frames, np.sin(rise)),
+                np.cos(rise) * np.cos(angle),
+            ],
+            axis=-1,
+        )
 
 
 TURNTABLE = CameraPath(name="turntable", turn=360.0, elevation=6.0)
@@ -147,22 +186,33 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     Raises
     ------
     InputError
-        The file cannot be read, is no YAML mapping, or has an unknown field or an unusable value; file and camera are named.
+        The file cannot be read, is no YAML mapping, or has an unknown field or an unusable value;
+        file and camera are named.
     """
     import difflib
 
     try:
         data = read_bytes(path, limit=MAX_CAMERA_FILE, empty=True)
     except InputError as error:
-        raise InputError(f"cannot read {path}: {str(error).removeprefix(f'cannot read {path}: ')}") from None
+        raise InputError(
+            f"cannot read {path}: {str(error).removeprefix(f'cannot read {path}: ')}"
+        ) from None
     content = parse_yaml(data, path, "YAML", "a few cameras")
     if not isinstance(content, dict) or not content:
-        raise InputError(f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}")
-    kinds = {field.name: field for field in dataclasses.fields(CameraPath) if field.name not in ("name", "provenance")}
+        raise InputError(
+            f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}"
+        )
+    kinds = {
+        field.name: field
+        for field in dataclasses.fields(CameraPath)
+        if field.name not in ("name", "provenance")
+    }
     cameras = []
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
-            raise InputError(f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}")
+            raise InputError(
+                f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}"
+            )
         if name in VIEWS or name in (TURNTABLE.name, "video"):  # files are named so
             raise InputError(f"{path}: the name '{name}' is taken; choose another one")
         values: dict[str, Any] = {}
@@ -170,7 +220,9 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
             if key not in kinds:
                 near = difflib.get_close_matches(shorten(key, 60), kinds, n=1)
                 hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(kinds)}"
-                raise InputError(f"{path}: camera '{name}' has an unknown field '{shorten(key, 60)}'; {hint}")
+                raise InputError(
+                    f"{path}: camera '{name}' has an unknown field '{shorten(key, 60)}'; {hint}"
+                )
             values[key] = _field(value, f"{path}: {key} of camera '{name}'", key)
         try:
             cameras.append(CameraPath(name=name, **values))
@@ -194,7 +246,9 @@ def _field(value: Any, what: str, key: str) -> Any:
         return value
     if key in ("origin", "target"):
         if not isinstance(value, list) or len(value) != 3:
-            raise InputError(f"{what} is {brief(value)}; expected three numbers, [x, y, z] in metres")
+            raise InputError(
+                f"{what} is {brief(value)}; expected three numbers, [x, y, z] in metres"
+            )
         return tuple(number(item) for item in value)
     return number(value)
 
@@ -221,23 +275,27 @@ def follow_cameras(
     fps: float = 30.0,
     framing: Framing = Framing(),  # noqa: B008 - frozen
 ) -> dict[str, tuple[ViewCamera, ...]]:
-    """Cameras that follow the character at half its height, one per frame and view (paper, section 4.2.2).
+    """Cameras that follow the character at half its height, one per frame and view (paper, section
+    4.2.2).
 
-    The four views share one distance per frame and keep their directions over the clip. The standing character takes `Framing.share` of the
-    picture's height; before frames that need more room the cameras ease back. (The paper keeps one distance over the clip.) With
-    ``settings.follow`` off they stand still and see the whole path. A turntable and `cameras` have distances of their own.
+    The four views share one distance per frame and keep their directions over the clip. The
+    standing character takes `Framing.share` of the picture's height; before frames that need more
+    room the cameras ease back. (The paper keeps one distance over the clip.) With
+    ``settings.follow`` off they stand still and see the whole path. A turntable and `cameras` have
+    distances of their own.
 
     Parameters
     ----------
     track : (T, N, 3) float
-        The character over time, metres: all vertices, or N = 2 for each frame's bounding box (least and greatest corner).
+        The character over time, metres: all vertices, or N = 2 for each frame's bounding box (least
+        and greatest corner).
     settings : RenderSettings
         Its `views`, `aspect` and `follow`.
     cameras : sequence of CameraPath
         What names in `views` besides the built-in ones mean.
     facing : (T,) float or None
-        Angle about +y from +z to where the character faces, radians. The front view stands where it faces in the mean, so that it shows
-        the face more than the back; None: at +z.
+        Angle about +y from +z to where the character faces, radians. The front view stands where it
+        faces in the mean, so that it shows the face more than the back; None: at +z.
     fps : float
     framing : Framing
 
@@ -248,28 +306,46 @@ def follow_cameras(
     Raises
     ------
     InputError
-        `track` has another shape, no frames, or holds NaN; `facing` has another length; or a view is unknown.
+        `track` has another shape, no frames, or holds NaN; `facing` has another length; or a view
+        is unknown.
     """
     check_views(settings.views, cameras)
     subject = Subject.of(track, framing, shape=settings.shape, fps=fps)
     frames = len(subject.path)
     front = 0.0 if facing is None else mean_facing(facing, frames)
-    standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=framing.fov, follow=settings.follow) for view in AZIMUTHS]
+    standing = [
+        CameraPath(name=view, azimuth=AZIMUTHS[view], fov=framing.fov, follow=settings.follow)
+        for view in AZIMUTHS
+    ]
     shared = subject.path if settings.follow else subject.still
-    needed = np.max([subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing], axis=0)
+    needed = np.max(
+        [subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing],
+        axis=0,
+    )
     found: dict[str, tuple[ViewCamera, ...]] = {}
     for camera in (one for one in (*standing, TURNTABLE, *cameras) if one.name in settings.views):
         if camera.origin is not None:
             aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
-            found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
+            found[camera.name] = tuple(
+                ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov)
+                for aim in aims
+            )
             continue
-        targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames, front)
+        targets, toward = (
+            subject.path if camera.follow else subject.still,
+            camera.toward(frames, front),
+        )
         own = needed if camera in standing else subject.least_distances(targets, toward, camera.fov)
         eases = camera.follow and (camera in standing or camera is TURNTABLE)
-        distances = subject.eased_distances(own, camera.fov) if eases else np.full(frames, camera.distance or own.max())
+        distances = (
+            subject.eased_distances(own, camera.fov)
+            if eases
+            else np.full(frames, camera.distance or own.max())
+        )
         origins = targets + distances[:, None] * toward
         found[camera.name] = tuple(
-            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov) for origin, target in zip(origins, targets, strict=True)
+            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
+            for origin, target in zip(origins, targets, strict=True)
         )
     return {view: found[view] for view in settings.views}
 
@@ -284,7 +360,9 @@ def mean_facing(facing: FloatArray, frames: int) -> float:
     """
     angles = np.asarray(facing, np.float64)
     if angles.shape != (frames,) or not np.isfinite(angles).all():
-        raise InputError(f"facing has shape {angles.shape}; expected one finite angle for each of {frames} frames")
+        raise InputError(
+            f"facing has shape {angles.shape}; expected one finite angle for each of {frames} frames"
+        )
     mean = np.exp(1j * angles).mean()
     return float(np.degrees(np.angle(mean))) if abs(mean) > 1e-6 else 0.0
 

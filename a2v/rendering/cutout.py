@@ -14,15 +14,16 @@ LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 """What linear red, green and blue give to brightness (BT.709)."""
 
 SHADOW_FLOOR = 0.02
-"""Shadows fainter than this fraction of the light count as noise (measured: see docs/rendering.md)."""
+"""Shadows fainter than this fraction of the light count as noise (measured: see
+docs/rendering.md)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cutout:
     """The person and its shadow, to be laid over anything; linear light, float32.
 
-    `color` (H, W, 3) is the person's, times `alpha` (H, W), the fraction of the pixel that it covers; `shade` (H, W) in
-    [0, 1] is the fraction of its light that the ground keeps.
+    `color` (H, W, 3) is the person's, times `alpha` (H, W), the fraction of the pixel that it
+    covers; `shade` (H, W) in [0, 1] is the fraction of its light that the ground keeps.
     """
 
     color: FloatArray
@@ -30,29 +31,44 @@ class Cutout:
     shade: FloatArray
 
     @classmethod
-    def of(cls, person: FloatArray, share: FloatArray, alpha: FloatArray, shade: FloatArray) -> Cutout:
-        """From what the person gives to each pixel (H, W, 3), the `share` (H, W) of its samples that hit the person, how much of it the person
-        covers and the light that the ground keeps. At the rim the colour is continued from the pixels beside it that show nothing else.
+    def of(
+        cls, person: FloatArray, share: FloatArray, alpha: FloatArray, shade: FloatArray
+    ) -> Cutout:
+        """From what the person gives to each pixel (H, W, 3), the `share` (H, W) of its samples
+        that hit the person, how much of it the person covers and the light that the ground keeps.
+        At the rim the colour is continued from the pixels beside it that show nothing else.
         """
         straight = person / np.maximum(share, 1e-3)[..., None]
         color = continued(straight, share > 0.98, straight)
-        kept = np.clip(shade / (1 - SHADOW_FLOOR), 0, 1)  # what is left of the renderer's noise is no shadow
-        return cls(color=np.asarray(color * alpha[..., None], np.float32), alpha=alpha, shade=np.asarray(kept, np.float32))
+        kept = np.clip(
+            shade / (1 - SHADOW_FLOOR), 0, 1
+        )  # what is left of the renderer's noise is no shadow
+        return cls(
+            color=np.asarray(color * alpha[..., None], np.float32),
+            alpha=alpha,
+            shade=np.asarray(kept, np.float32),
+        )
 
     def over(self, background: FloatArray) -> FloatArray:
         """On a background (H, W, 3) or (3,) in linear RGB: (H, W, 3)."""
-        return np.asarray(self.color + ((1 - self.alpha) * self.shade)[..., None] * background, np.float32)
+        return np.asarray(
+            self.color + ((1 - self.alpha) * self.shade)[..., None] * background, np.float32
+        )
 
     def rgba(self) -> ByteArray:
-        """(H, W, 4) uint8, sRGB with straight alpha; laid over a picture by the usual blend of sRGB values the shadow is right."""
+        """(H, W, 4) uint8, sRGB with straight alpha; laid over a picture by the usual blend of sRGB
+        values the shadow is right."""
         shadow = (1 - self.alpha) * (1 - linear_to_srgb(self.shade))
         opacity = self.alpha + shadow
         straight = self.color / np.maximum(opacity, 1e-4)[..., None]
-        return np.concatenate([to_bytes(linear_to_srgb(straight)), to_bytes(opacity)[..., None]], axis=-1)
+        return np.concatenate(
+            [to_bytes(linear_to_srgb(straight)), to_bytes(opacity)[..., None]], axis=-1
+        )
 
 
 def continued(values: FloatArray, known: BoolArray, otherwise: FloatArray | float) -> FloatArray:
-    """`values` (H, W, ...) where `known`, elsewhere the mean of known ones within 1, 2 or 3 pixels, else `otherwise`."""
+    """`values` (H, W, ...) where `known`, elsewhere the mean of known ones within 1, 2 or 3 pixels,
+    else `otherwise`."""
     import cv2
 
     shape = (*known.shape, *[1] * (values.ndim - 2))
@@ -73,16 +89,29 @@ def behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray |
     import cv2
 
     if settings.background == "image":
-        if backdrop is None or backdrop.ndim != 3 or backdrop.shape[2] != 3 or backdrop.dtype != np.uint8:
-            raise InputError("the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop")
+        if (
+            backdrop is None
+            or backdrop.ndim != 3
+            or backdrop.shape[2] != 3
+            or backdrop.dtype != np.uint8
+        ):
+            raise InputError(
+                "the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop"
+            )
         width, height = settings.shape
-        scale = min(backdrop.shape[1] / width, backdrop.shape[0] / height)  # the largest middle part of the frame's shape
+        scale = min(
+            backdrop.shape[1] / width, backdrop.shape[0] / height
+        )  # the largest middle part of the frame's shape
         wide, high = round(scale * width), round(scale * height)
         top, left = (backdrop.shape[0] - high) // 2, (backdrop.shape[1] - wide) // 2
         how = cv2.INTER_AREA if scale > 1 else cv2.INTER_CUBIC
         whole = np.zeros((settings.size, settings.size, 3), np.uint8)
-        whole[settings.window] = cv2.resize(backdrop[top : top + high, left : left + wide], (width, height), interpolation=how)
+        whole[settings.window] = cv2.resize(
+            backdrop[top : top + high, left : left + wide], (width, height), interpolation=how
+        )
         return srgb_to_linear(whole / np.float32(255))
     if settings.background.startswith("#"):
-        return srgb_to_linear(np.array([int(settings.background[i : i + 2], 16) for i in (1, 3, 5)], np.float32) / 255)
+        return srgb_to_linear(
+            np.array([int(settings.background[i : i + 2], 16) for i in (1, 3, 5)], np.float32) / 255
+        )
     return None

@@ -14,8 +14,9 @@ from a2v.types import BoolArray, FloatArray
 class Layers:
     """What the path tracer saw, before denoising, float32.
 
-    `color` (H, W, 3) is linear RGB over the backdrop, `albedo` (H, W, 3) the linear reflectance and `normal`
-    (H, W, 3) the direction, world axes, of what is hit first (the ground's where nothing is, so that the horizon is no edge), `alpha` (H, W) how much of the pixel is person or ground.
+    `color` (H, W, 3) is linear RGB over the backdrop, `albedo` (H, W, 3) the linear reflectance and
+    `normal` (H, W, 3) the direction, world axes, of what is hit first (the ground's where nothing
+    is, so that the horizon is no edge), `alpha` (H, W) how much of the pixel is person or ground.
     """
 
     color: FloatArray
@@ -31,17 +32,30 @@ def denoise(layers: Layers) -> FloatArray:
     """
     import mitsuba_oidn as oidn
 
-    color, albedo, normal = (np.ascontiguousarray(part, np.float32) for part in (layers.color, layers.albedo, layers.normal))
-    clean = np.array(oidn.denoise(color, albedo, normal, hdr=True, quality=oidn.Quality.High), np.float32)
+    color, albedo, normal = (
+        np.ascontiguousarray(part, np.float32)
+        for part in (layers.color, layers.albedo, layers.normal)
+    )
+    clean = np.array(
+        oidn.denoise(color, albedo, normal, hdr=True, quality=oidn.Quality.High), np.float32
+    )
     return np.where(layers.alpha[..., None] > 0, clean, color)
 
 
-def denoise_parts(color: FloatArray, albedo: FloatArray, where: BoolArray, parts: list[Box]) -> FloatArray:
-    """`color` (H, W, 3) with `parts` denoised, each by itself, `where` (H, W) says so; where they lap over each other they are blended.
+def denoise_parts(
+    color: FloatArray, albedo: FloatArray, where: BoolArray, parts: list[Box]
+) -> FloatArray:
+    """`color` (H, W, 3) with `parts` denoised, each by itself, `where` (H, W) says so; where they
+    lap over each other they are blended.
 
-    The guide is `albedo` (H, W, 3) alone: normals beside it bring nothing here (docs/research/rendering.md).
+    The guide is `albedo` (H, W, 3) alone: normals beside it bring nothing here
+    (docs/research/rendering.md).
     """
-    made, summed, weights = color.copy(), np.zeros_like(color), np.zeros((*where.shape, 1), np.float32)
+    made, summed, weights = (
+        color.copy(),
+        np.zeros_like(color),
+        np.zeros((*where.shape, 1), np.float32),
+    )
     for part in parts:
         weight = part.weight(len(where))[..., None]
         summed[part.window] += weight * _fast(color[part.window], albedo[part.window])
@@ -57,7 +71,9 @@ def denoise_plain(picture: FloatArray, *, border: int = 16) -> FloatArray:
     """
     height, width = picture.shape[:2]
     down, right = -(height + 2 * border) % 16, -(width + 2 * border) % 16
-    whole = np.pad(picture, ((border, border + down), (border, border + right), (0, 0)), mode="symmetric")
+    whole = np.pad(
+        picture, ((border, border + down), (border, border + right), (0, 0)), mode="symmetric"
+    )
     return _fast(whole, np.ones_like(whole))[border : border + height, border : border + width]
 
 

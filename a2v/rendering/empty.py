@@ -1,4 +1,5 @@
-"""The stage without anybody, in closed form: what a camera sees where nobody stands and no shadow falls."""
+"""The stage without anybody, in closed form: what a camera sees where nobody stands and no shadow
+falls."""
 
 from __future__ import annotations
 
@@ -20,13 +21,15 @@ _COARSE = 128
 """The light on the ground, which is smooth, is worked out at about this many places each way."""
 
 _FINE = (2, 4)
-"""Samples of the ground's lines in a pixel, across and down: far away a pixel is much deeper than wide."""
+"""Samples of the ground's lines in a pixel, across and down: far away a pixel is much deeper than
+wide."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Empty:
-    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), the ground's irradiance over pi, `light` (H, W, 3),
-    and the ground point (H, W, 2) as x and z in metres under each pixel's centre, with `ground` (H, W) where there is one."""
+    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), the
+    ground's irradiance over pi, `light` (H, W, 3), and the ground point (H, W, 2) as x and z in
+    metres under each pixel's centre, with `ground` (H, W) where there is one."""
 
     color: FloatArray
     albedo: FloatArray
@@ -38,13 +41,16 @@ class Empty:
 def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
     """The empty stage in a picture of `size` x `size` pixels.
 
-    A pixel's light is the ground's irradiance there times its albedo averaged over the pixel (the lines are fine); the lamp's own
-    disk shades sun and sky as it does in the traced stage.
+    A pixel's light is the ground's irradiance there times its albedo averaged over the pixel (the
+    lines are fine); the lamp's own disk shades sun and sky as it does in the traced stage.
     """
     ray = rays(camera, size)
     rise = ray[..., 1]
     ground = rise < -1e-6 if camera.origin[1] > 0 else np.zeros(rise.shape, bool)
-    color = np.array(look.sky(rise / np.linalg.norm(ray, axis=-1) if look.zenith is not None else rise), np.float32)
+    color = np.array(
+        look.sky(rise / np.linalg.norm(ray, axis=-1) if look.zenith is not None else rise),
+        np.float32,
+    )
     albedo = np.tile(np.float32(look.ground_albedo), (size, size, 1))
     light, place = np.zeros_like(color), np.zeros((size, size, 2), np.float32)
     if not ground.any():
@@ -53,14 +59,25 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
     below, here = ray[top:], ground[top:]
     reach = np.float32(-camera.origin[1]) / np.where(here, below[..., 1], np.float32(np.inf))
     for axis in (0, 1):
-        np.add(reach * below[..., 2 * axis], np.float32(camera.origin[2 * axis]), out=place[top:, :, axis])
+        np.add(
+            reach * below[..., 2 * axis],
+            np.float32(camera.origin[2 * axis]),
+            out=place[top:, :, axis],
+        )
     far = np.maximum(np.abs(place[top:, :, 0]), np.abs(place[top:, :, 1]))
     here &= far < _FAR
     printed = _printed(look, place[top:])
     near = (far < look.ground_radius)[..., None]
-    albedo[top:] = np.where(near, printed, albedo[top:]) * np.where(here, _lines(look, camera, size, top), 1)[..., None]
-    foot = tuple(round(value - camera.target[axis], 9) for axis, value in ((0, camera.origin[0]), (2, camera.origin[2])))
-    relative = ViewCamera(  # as seen from the lamp, which follows the camera's target: the same in every frame that follows
+    albedo[top:] = (
+        np.where(near, printed, albedo[top:])
+        * np.where(here, _lines(look, camera, size, top), 1)[..., None]
+    )
+    foot = tuple(
+        round(value - camera.target[axis], 9)
+        for axis, value in ((0, camera.origin[0]), (2, camera.origin[2]))
+    )
+    # as seen from the lamp, which follows the camera's target: the same in every frame that follows
+    relative = ViewCamera(
         origin=(foot[0], camera.origin[1], foot[1]),
         target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
     )  # fmt: skip
@@ -70,10 +87,15 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
 
 
 def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
-    """Directions (H, W, 3) float32 through the centres of a picture's pixels, or of squares of `step` pixels that cover it; not unit length."""
+    """Directions (H, W, 3) float32 through the centres of a picture's pixels, or of squares of
+    `step` pixels that cover it; not unit length."""
     right, up, backward = camera.axes.astype(np.float32)
     count = -(-size // step)
-    at = (((np.arange(count) + 0.5) * step - size / 2) * np.tan(np.radians(camera.fov) / 2) / (size / 2)).astype(np.float32)
+    at = (
+        ((np.arange(count) + 0.5) * step - size / 2)
+        * np.tan(np.radians(camera.fov) / 2)
+        / (size / 2)
+    ).astype(np.float32)
     direction: FloatArray = at[None, :, None] * right - (at[:, None] * up + backward)[:, None]
     return direction
 
@@ -88,23 +110,49 @@ def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> Float
     pixels, (across, down) = len(factor), _FINE
     right, up, backward = camera.axes
     unit = np.tan(np.radians(camera.fov) / 2) / (size / 2)
-    # the ray of a sample (i, j) is linear in it, and so is its ground point in homogeneous coordinates
-    ray = np.stack([right * unit / across, -up * unit / down, right * unit * (0.5 / across - size / 2) - up * unit * (top + 0.5 / down - size / 2) - backward], axis=1)  # fmt: skip
+    # the ray of a sample (i, j) is linear in it, and so is its ground point in homogeneous
+    # coordinates
+    ray = np.stack(
+        [
+            right * unit / across,
+            -up * unit / down,
+            right * unit * (0.5 / across - size / 2)
+            - up * unit * (top + 0.5 / down - size / 2)
+            - backward,
+        ],
+        axis=1,
+    )
     origin, scale = np.array(camera.origin), pixels / (2 * look.ground_radius)
-    to_ground = np.stack([origin[0] * ray[1] - origin[1] * ray[0], origin[2] * ray[1] - origin[1] * ray[2], ray[1]])
-    to_texture = np.array([[scale, 0, pixels / 2 - 0.5], [0, scale, pixels / 2 - 0.5], [0, 0, 1]]) @ to_ground
+    to_ground = np.stack(
+        [origin[0] * ray[1] - origin[1] * ray[0], origin[2] * ray[1] - origin[1] * ray[2], ray[1]]
+    )
+    to_texture = (
+        np.array([[scale, 0, pixels / 2 - 0.5], [0, scale, pixels / 2 - 0.5], [0, 0, 1]])
+        @ to_ground
+    )
     shape = (size * across, (size - top) * down)
     fine = cv2.warpPerspective(
-        factor, to_texture, shape, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT, borderValue=1.0
+        factor,
+        to_texture,
+        shape,
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=1.0,
     )
-    return np.asarray(cv2.resize(fine, (size, size - top), interpolation=cv2.INTER_AREA), np.float32)
+    return np.asarray(
+        cv2.resize(fine, (size, size - top), interpolation=cv2.INTER_AREA), np.float32
+    )
 
 
 def _printed(look: LookSettings, place: FloatArray) -> FloatArray:
     """The ground's albedo without its lines, (3,) or (H, W, 3), as its 8-bit texture holds it."""
     if look.ground is not None:
         return look.ground_at(place)  # rounded, it would show steps
-    return look.ground_albedo if look.plain_ground else srgb_to_linear(to_bytes(linear_to_srgb(look.ground_albedo)) / 255)
+    return (
+        look.ground_albedo
+        if look.plain_ground
+        else srgb_to_linear(to_bytes(linear_to_srgb(look.ground_albedo)) / 255)
+    )
 
 
 @functools.lru_cache(maxsize=2)
@@ -114,7 +162,8 @@ def _factor(look: LookSettings) -> FloatArray:
 
 @functools.lru_cache(maxsize=16)
 def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
-    """The ground's irradiance over pi (H, W, 3), the lamp hanging over the origin; remembered, as it stays while a camera follows."""
+    """The ground's irradiance over pi (H, W, 3), the lamp hanging over the origin; remembered, as
+    it stays while a camera follows."""
     import cv2
 
     step = max(1, size // _COARSE)
@@ -123,12 +172,15 @@ def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
     place = np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]
     inside = np.asarray(place.clip(-_FAR, _FAR).reshape(-1, 2), np.float64)
     coarse = ground_light(look, inside).reshape(*place.shape[:2], 3).astype(np.float32)
-    whole = cv2.resize(coarse, (coarse.shape[1] * step, coarse.shape[0] * step), interpolation=cv2.INTER_LINEAR)
+    whole = cv2.resize(
+        coarse, (coarse.shape[1] * step, coarse.shape[0] * step), interpolation=cv2.INTER_LINEAR
+    )
     return np.asarray(whole[:size, :size], np.float32)
 
 
 def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
-    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp hanging over the origin."""
+    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp
+    hanging over the origin."""
     point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
     lamp, sun = look.spot_light(), look.sun_light
     disk, area = lamp.matrix[:3, :2], np.pi * lamp.radius**2
@@ -140,13 +192,21 @@ def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
         facing += np.maximum(factor, 0)
         hidden += np.abs(factor)
     free = _sun_seen(look, point, sun, lamp)
-    way = sun.center - point  # the sun of the stage is near enough for its light to fade a little over the ground
+    way = (
+        sun.center - point
+    )  # the sun of the stage is near enough for its light to fade a little over the ground
     square = (way**2).sum(axis=-1)
     free *= sun.reach**2 * way[:, 1] * (way @ -sun.normal) / square**2
-    return np.asarray(free[:, None] * sun.irradiance + facing[:, None] * lamp.radiance + (1 - hidden)[:, None] * look.sky_on_ground)
+    return np.asarray(
+        free[:, None] * sun.irradiance
+        + facing[:, None] * lamp.radiance
+        + (1 - hidden)[:, None] * look.sky_on_ground
+    )
 
 
-def _sun_seen(look: LookSettings, point: FloatArray, light: DiskLight, lamp: DiskLight) -> FloatArray:
+def _sun_seen(
+    look: LookSettings, point: FloatArray, light: DiskLight, lamp: DiskLight
+) -> FloatArray:
     """The part (N,) of the sun's disk that the lamp's disk does not hide from points (N, 3)."""
     sun = -light.normal
     across = np.cross(sun, (0.0, 1.0, 0.0) if abs(sun[1]) < 0.9 else (1.0, 0.0, 0.0))

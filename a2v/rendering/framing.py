@@ -1,4 +1,5 @@
-"""How cameras that follow a character keep it in the picture: what they aim at, and how far away they stand, frame by frame."""
+"""How cameras that follow a character keep it in the picture: what they aim at, and how far away
+they stand, frame by frame."""
 
 from __future__ import annotations
 
@@ -22,13 +23,15 @@ class Framing(Record):
     margin : float
         Free border on each side that no frame enters, a fraction of the picture.
     share : float
-        Standing height over the picture's height; less only in frames that need more room (stretched arms, leaps).
+        Standing height over the picture's height; less only in frames that need more room
+        (stretched arms, leaps).
     smoothing : float
         Standard deviation of the Gaussian low-pass on the character's path, seconds.
     ease : float
         Time over which the camera moves back before a frame that needs more room, seconds.
     height : float or None
-        The character's height, metres; None: the median over the clip of the vertical extent, at least half of the largest.
+        The character's height, metres; None: the median over the clip of the vertical extent, at
+        least half of the largest.
     """
 
     fov: float = 28.0
@@ -40,13 +43,18 @@ class Framing(Record):
 
     def __post_init__(self) -> None:
         if not 0 < self.fov < 180 or not 0 <= self.margin < 0.5 or not 0 < self.share <= 1:
-            raise InputError(f"fov {self.fov}, margin {self.margin}, share {self.share}; expected 0 to 180 degrees, 0 to 0.5, 0 to 1")
+            raise InputError(
+                f"fov {self.fov}, margin {self.margin}, share {self.share}; expected 0 to 180 degrees, 0 to 0.5, 0 to 1"
+            )
         if self.smoothing < 0 or self.ease < 0 or (self.height is not None and self.height <= 0):
-            raise InputError(f"smoothing {self.smoothing}, ease {self.ease}, height {self.height}; expected none below 0, a height above 0")
+            raise InputError(
+                f"smoothing {self.smoothing}, ease {self.ease}, height {self.height}; expected none below 0, a height above 0"
+            )
 
 
 RISE = 0.1
-"""Height of the lowest point above the ground from which the camera rises with the character, metres: steps of a walk stay below."""
+"""Height of the lowest point above the ground from which the camera rises with the character,
+metres: steps of a walk stay below."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +66,8 @@ class Subject:
     points : (T, N, 3) float64
         The character, or the corners of each frame's bounding box, metres, world.
     path : (T, 3)
-        Smooth path of what cameras aim at: half the character's height above the ground, higher while it is in the air or climbs.
+        Smooth path of what cameras aim at: half the character's height above the ground, higher
+        while it is in the air or climbs.
     still : (T, 3)
         The middle of the whole clip in every row, at half the character's height or higher.
     height : float
@@ -78,8 +87,11 @@ class Subject:
     framing: Framing
 
     @classmethod
-    def of(cls, track: FloatArray, framing: Framing, *, shape: tuple[int, int], fps: float) -> Subject:
-        """The subject of a track (T, N, 3), N = 2 for the corners of bounding boxes, in pictures of `shape` (width, height).
+    def of(
+        cls, track: FloatArray, framing: Framing, *, shape: tuple[int, int], fps: float
+    ) -> Subject:
+        """The subject of a track (T, N, 3), N = 2 for the corners of bounding boxes, in pictures of
+        `shape` (width, height).
 
         Raises
         ------
@@ -92,17 +104,23 @@ class Subject:
                 f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds"
             )
         if not np.isfinite(points).all():
-            raise InputError("the character's track holds NaN or infinite numbers; check the motion that moved it")
+            raise InputError(
+                "the character's track holds NaN or infinite numbers; check the motion that moved it"
+            )
         low, high = points.min(axis=1), points.max(axis=1)
         if points.shape[1] == 2:
-            points = np.stack([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)], axis=1)
+            points = np.stack(
+                [np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)], axis=1
+            )
         height = framing.height
         if height is None:
             extent = high[:, 1] - low[:, 1]
             height = float(max(np.median(extent), 0.5 * extent.max()))
         sides = shape[0] / max(shape), shape[1] / max(shape)
         centre = (low + high) / 2
-        centre[:, 1] = _aim(low[:, 1], high[:, 1], height, reach=(0.5 - framing.margin) * height / framing.share)
+        centre[:, 1] = _aim(
+            low[:, 1], high[:, 1], height, reach=(0.5 - framing.margin) * height / framing.share
+        )
         still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(centre), 1))
         still[:, 1] = np.maximum(still[:, 1], height / 2)
         return cls(
@@ -116,24 +134,35 @@ class Subject:
         )
 
     def least_distances(self, targets: FloatArray, toward: FloatArray, fov: float) -> FloatArray:
-        """Metres (T,) from `targets` (T, 3) along `toward` (T, 3) from where all of the character is inside the margin, per frame."""
+        """Metres (T,) from `targets` (T, 3) along `toward` (T, 3) from where all of the character
+        is inside the margin, per frame."""
         reach = (1 - 2 * self.framing.margin) * np.tan(np.radians(fov) / 2)
         right = np.cross((0.0, 1.0, 0.0), toward)
         right /= np.linalg.norm(right, axis=-1, keepdims=True)
         up = np.cross(toward, right)
         offsets = self.points - targets[:, None]
-        across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
-        needed = np.maximum(np.abs(across) / self.sides[0], np.abs(along) / self.sides[1]) / reach + depth
+        across, along, depth = (
+            np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward)
+        )
+        needed = (
+            np.maximum(np.abs(across) / self.sides[0], np.abs(along) / self.sides[1]) / reach
+            + depth
+        )
         return np.asarray(np.maximum(needed.max(axis=1), 0.5))
 
     def usual_distance(self, fov: float) -> float:
-        """Metres from where the standing character takes `Framing.share` of the picture's height."""
-        return float(self.height / (2 * self.framing.share * self.sides[1] * np.tan(np.radians(fov) / 2)))
+        """Metres from where the standing character takes `Framing.share` of the picture's
+        height."""
+        return float(
+            self.height / (2 * self.framing.share * self.sides[1] * np.tan(np.radians(fov) / 2))
+        )
 
     def eased_distances(self, needed: FloatArray, fov: float) -> FloatArray:
-        """Distances (T,) that change smoothly and are nowhere less than `needed` (T,) and the usual distance.
+        """Distances (T,) that change smoothly and are nowhere less than `needed` (T,) and the usual
+        distance.
 
-        A running maximum, then a Gaussian that ends where the maximum's window ends: its weighted means cannot fall below `needed`.
+        A running maximum, then a Gaussian that ends where the maximum's window ends: its weighted
+        means cannot fall below `needed`.
         """
         from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
@@ -146,8 +175,9 @@ class Subject:
 
 
 def _aim(low: FloatArray, high: FloatArray, height: float, *, reach: float) -> FloatArray:
-    """Height (T,) that cameras aim at, metres: half the character's `height` above what it stands on, or as far from there as `low` and
-    `high` (T,) need to be within `reach` of it; their middle where both cannot be."""
+    """Height (T,) that cameras aim at, metres: half the character's `height` above what it stands
+    on, or as far from there as `low` and `high` (T,) need to be within `reach` of it; their middle
+    where both cannot be."""
     aim = height / 2 + np.maximum(low - RISE, 0)
     lowest, highest = high - reach, low + reach
     return np.asarray(np.where(lowest > highest, (low + high) / 2, np.clip(aim, lowest, highest)))
@@ -159,8 +189,11 @@ def _smooth_path(centre: FloatArray, smoothing: float) -> FloatArray:
 
     if smoothing <= 0 or len(centre) < 2:
         return centre
-    # continued at both ends by point reflection, or the camera would lag behind whoever walks into the clip
+    # continued at both ends by point reflection, or the camera would lag behind whoever walks into
+    # the clip
     beyond = min(len(centre) - 1, int(4 * smoothing))
     padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
-    path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
+    path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[
+        beyond : beyond + len(centre)
+    ]
     return path

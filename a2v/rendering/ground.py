@@ -1,4 +1,5 @@
-"""How much of its light the ground keeps around a person: traced apart from the picture, in cells as wide as they are deep on the ground."""
+"""How much of its light the ground keeps around a person: traced apart from the picture, in cells
+as wide as they are deep on the ground."""
 
 from __future__ import annotations
 
@@ -23,30 +24,49 @@ _GRAIN = 16
 
 
 def cell_width(camera: ViewCamera) -> int:
-    """Pixels of a row that lie as far apart on the ground, at the camera's target, as two rows do: a power of two up to 4."""
+    """Pixels of a row that lie as far apart on the ground, at the camera's target, as two rows do:
+    a power of two up to 4."""
     way = np.subtract(camera.origin, (camera.target[0], 0.0, camera.target[2]))
     down = abs(float(way[1])) / max(float(np.linalg.norm(way)), 1e-6)
     return min(_WIDEST, 1 << int(np.log2(1 / min(max(down, 0.05), 1.0))))
 
 
 def kept_light(
-    tracer: Tracer, found: Region, empty: Empty, camera: ViewCamera, samples: int, seed: int, *, clean: bool = True
+    tracer: Tracer,
+    found: Region,
+    empty: Empty,
+    camera: ViewCamera,
+    samples: int,
+    seed: int,
+    *,
+    clean: bool = True,
 ) -> FloatArray:
-    """What is left of the empty stage's light on the ground (H, W, 3), by colour, 1 where nobody changes it.
+    """What is left of the empty stage's light on the ground (H, W, 3), by colour, 1 where nobody
+    changes it.
 
-    The ground's light is smooth and its pattern is known, so it is traced in cells of several pixels of a row, behind the person too, denoised
-    (`clean`) as a picture of its own and smoothly enlarged. Near what touches the ground it is traced pixel by pixel. Half of
-    `samples` do for each where the ground is seen flatly.
+    The ground's light is smooth and its pattern is known, so it is traced in cells of several
+    pixels of a row, behind the person too, denoised (`clean`) as a picture of its own and smoothly
+    enlarged. Near what touches the ground it is traced pixel by pixel. Half of `samples` do for
+    each where the ground is seen flatly.
     """
     size = len(empty.ground)
     kept = np.ones((size, size, 3), np.float32)
     wide = cell_width(camera)
-    parts = [_Cells.of(weight, each) for weight, each in ((found.weight, wide), (found.contact, 1)) if weight.any()]
+    parts = [
+        _Cells.of(weight, each)
+        for weight, each in ((found.weight, wide), (found.contact, 1))
+        if weight.any()
+    ]
     if not parts:
         return kept
     first = np.concatenate([part.rows * size + part.columns * part.wide for part in parts])
     steps = np.repeat([part.wide for part in parts], [len(part.rows) for part in parts])
-    light, at = tracer.on_ground(first, steps, samples if wide < _WIDEST else -(-samples // 2), camera, size, seed), 0
+    light, at = (
+        tracer.on_ground(
+            first, steps, samples if wide < _WIDEST else -(-samples // 2), camera, size, seed
+        ),
+        0,
+    )
     for part in parts:
         part.lay(light[at : at + len(part.rows)], empty, kept, clean)
         at += len(part.rows)
@@ -55,7 +75,8 @@ def kept_light(
 
 @dataclass(frozen=True, kw_only=True)
 class _Cells:
-    """Cells of `wide` pixels of a row where `weight` (H, W) is above 0: their `rows` and `columns` (N,)."""
+    """Cells of `wide` pixels of a row where `weight` (H, W) is above 0: their `rows` and `columns`
+    (N,)."""
 
     weight: FloatArray
     wide: int
@@ -64,23 +85,38 @@ class _Cells:
 
     @classmethod
     def of(cls, weight: FloatArray, wide: int) -> _Cells:
-        rows, columns = np.nonzero(np.maximum.reduceat(weight, np.arange(0, len(weight), wide), axis=1))
+        rows, columns = np.nonzero(
+            np.maximum.reduceat(weight, np.arange(0, len(weight), wide), axis=1)
+        )
         return cls(weight=weight, wide=wide, rows=rows, columns=columns)
 
     def lay(self, light: FloatArray, empty: Empty, kept: FloatArray, clean: bool) -> None:
-        """Lay what irradiance over pi (N, 3) is left of that of the empty stage over `kept` (H, W, 3), by weight."""
+        """Lay what irradiance over pi (N, 3) is left of that of the empty stage over `kept` (H, W,
+        3), by weight."""
         import cv2
 
         size, wide = len(kept), self.wide
         middle = np.minimum(self.columns * wide + wide // 2, size - 1)
         share = light / np.maximum(empty.light[self.rows, middle], 1e-6)
-        top, left = (max(0, (int(at.min()) - _BORDER) // _GRAIN * _GRAIN) for at in (self.rows, self.columns))
+        top, left = (
+            max(0, (int(at.min()) - _BORDER) // _GRAIN * _GRAIN) for at in (self.rows, self.columns)
+        )
         ends = ((self.rows, size), (self.columns, -(-size // wide)))
-        bottom, right = (min(most, -(-(int(at.max()) + 1 + _BORDER) // _GRAIN) * _GRAIN) for at, most in ends)
+        bottom, right = (
+            min(most, -(-(int(at.max()) + 1 + _BORDER) // _GRAIN) * _GRAIN) for at, most in ends
+        )
         cells = np.ascontiguousarray(kept[top:bottom, left * wide : right * wide : wide])
         cells[self.rows - top, self.columns - left] = np.where(np.isfinite(share), share, 1)
         if clean:
             cells = denoise_plain(cells)
         part = kept[top:bottom, left * wide : right * wide]
-        whole = cells if wide == 1 else cv2.resize(cells, ((right - left) * wide, bottom - top), interpolation=cv2.INTER_LINEAR)
-        part += self.weight[top:bottom, left * wide : right * wide, None] * (whole[:, : part.shape[1]] - part)
+        whole = (
+            cells
+            if wide == 1
+            else cv2.resize(
+                cells, ((right - left) * wide, bottom - top), interpolation=cv2.INTER_LINEAR
+            )
+        )
+        part += self.weight[top:bottom, left * wide : right * wide, None] * (
+            whole[:, : part.shape[1]] - part
+        )

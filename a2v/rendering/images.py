@@ -10,7 +10,9 @@ from a2v.errors import InputError
 from a2v.types import ByteArray
 
 
-def side_by_side(images: Sequence[ByteArray], *, gap: int = 0, color: tuple[int, int, int] = (255, 255, 255)) -> ByteArray:
+def side_by_side(
+    images: Sequence[ByteArray], *, gap: int = 0, color: tuple[int, int, int] = (255, 255, 255)
+) -> ByteArray:
     """Pictures (H, W, 3) uint8 in a row; smaller ones are centred on the tallest.
 
     Raises
@@ -53,7 +55,9 @@ def contact_sheet(
         raise InputError("no picture to put on the sheet")
     for image in images:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-            raise InputError(f"a picture has shape {image.shape} and type {image.dtype}; expected (height, width, 3) uint8")
+            raise InputError(
+                f"a picture has shape {image.shape} and type {image.dtype}; expected (height, width, 3) uint8"
+            )
     count = len(images)
     if cols is None:
         cols = -(-count // rows) if rows else int(np.ceil(np.sqrt(count)))

@@ -1,4 +1,5 @@
-"""A copy of a character that weighs little, for pages and notebooks that are kept: fewer triangles, a smaller texture, no expressions."""
+"""A copy of a character that weighs little, for pages and notebooks that are kept: fewer triangles,
+a smaller texture, no expressions."""
 
 from __future__ import annotations
 
@@ -16,8 +17,9 @@ from a2v.types import Character, FloatArray, IntArray, Surface
 def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) -> Character:
     """A character of at most so many `triangles`, its texture at most `texture` pixels a side.
 
-    Edges are collapsed where shape and texture change least (Garland and Heckbert 1998, by MeshLab); a new vertex takes colour, weights and
-    bones of the nearest old one. The face no longer moves.
+    Edges are collapsed where shape and texture change least (Garland and Heckbert 1998, by
+    MeshLab); a new vertex takes colour, weights and bones of the nearest old one. The face no
+    longer moves.
     """
     import cv2
     from scipy.spatial import cKDTree
@@ -25,7 +27,9 @@ def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) 
     surface = character.surface
     picture = surface.texture
     if picture is not None and max(picture.shape[:2]) > texture:
-        size = [max(1, round(side * texture / max(picture.shape[:2]))) for side in picture.shape[1::-1]]
+        size = [
+            max(1, round(side * texture / max(picture.shape[:2]))) for side in picture.shape[1::-1]
+        ]
         picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
         surface = dataclasses.replace(surface, texture=picture)
     vertices, faces, uv = surface.vertices, surface.faces, surface.uv
@@ -42,23 +46,36 @@ def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) 
         twins=None,
         face=None,
     )
-    own = {name: getattr(character, name)[nearest] for name in ("weights", "bones", "anchors", "parts")}
+    own = {
+        name: getattr(character, name)[nearest] for name in ("weights", "bones", "anchors", "parts")
+    }
     return dataclasses.replace(character, surface=light, **own)
 
 
 def _collapsed(surface: Surface, triangles: int) -> tuple[FloatArray, IntArray, FloatArray | None]:
-    """Vertices (N, 3), faces (M, 3) and texture coordinates (M, 3, 2) of a surface with at most so many triangles."""
+    """Vertices (N, 3), faces (M, 3) and texture coordinates (M, 3, 2) of a surface with at most so
+    many triangles."""
     import pymeshlab
 
     meshes: Any = pymeshlab.MeshSet(verbose=False)
-    with tempfile.TemporaryDirectory() as folder:  # MeshLab takes corners of triangles on a texture from files only
+    with (
+        tempfile.TemporaryDirectory() as folder
+    ):  # MeshLab takes corners of triangles on a texture from files only
         write_obj(Path(folder) / "surface.obj", surface)
         meshes.load_new_mesh(str(Path(folder) / "surface.obj"))
     if surface.uv is None:
-        meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=triangles, preservenormal=True)
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=triangles, preservenormal=True
+        )
     else:
-        meshes.meshing_decimation_quadric_edge_collapse_with_texture(targetfacenum=triangles, preservenormal=True)
+        meshes.meshing_decimation_quadric_edge_collapse_with_texture(
+            targetfacenum=triangles, preservenormal=True
+        )
     meshes.meshing_remove_unreferenced_vertices()
     made = meshes.current_mesh()
-    uv = None if surface.uv is None else made.wedge_tex_coord_matrix().reshape(-1, 3, 2).astype(np.float32)
+    uv = (
+        None
+        if surface.uv is None
+        else made.wedge_tex_coord_matrix().reshape(-1, 3, 2).astype(np.float32)
+    )
     return made.vertex_matrix().astype(np.float32), made.face_matrix().astype(np.int32), uv

@@ -1,4 +1,5 @@
-"""A light as a disk that shines from one side: the sun and the spot light of a scene, which every renderer reads."""
+"""A light as a disk that shines from one side: the sun and the spot light of a scene, which every
+renderer reads."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from a2v.types import FloatArray
 SUN_DISTANCE = 20000.0
 """Distance of the disk that stands for the sun, metres."""
 AIM = (0.0, 0.9, 0.0)
-"""Where the spot light points, metres from the point on the ground below the camera's target: the middle of a standing person."""
+"""Where the spot light points, metres from the point on the ground below the camera's target: the
+middle of a standing person."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +40,8 @@ class DiskLight:
 
     @property
     def power(self) -> FloatArray:
-        """`irradiance` times the squared distance between surface and rim (3,): E = pi L r^2 / (d^2 + r^2), seen face on."""
+        """`irradiance` times the squared distance between surface and rim (3,): E = pi L r^2 / (d^2
+        + r^2), seen face on."""
         return np.asarray(self.irradiance * (self.reach**2 + self.radius**2))
 
     @property
@@ -49,7 +52,9 @@ class DiskLight:
     @property
     def axes(self) -> FloatArray:
         """Two unit vectors (2, 3) in the plane of the disk, right-handed with the normal."""
-        across = np.cross((0.0, 0.0, 1.0) if abs(self.normal[2]) < 0.9 else (1.0, 0.0, 0.0), self.normal)
+        across = np.cross(
+            (0.0, 0.0, 1.0) if abs(self.normal[2]) < 0.9 else (1.0, 0.0, 0.0), self.normal
+        )
         across /= np.linalg.norm(across)
         return np.stack([across, np.cross(self.normal, across)])
 
@@ -63,15 +68,31 @@ class DiskLight:
 
 
 def sun_disk(direction: FloatArray, angle: float, irradiance: FloatArray) -> DiskLight:
-    """The sun in `direction` (3,) with the angular radius `angle`, degrees; see `DiskLight` for `irradiance`."""
+    """The sun in `direction` (3,) with the angular radius `angle`, degrees; see `DiskLight` for
+    `irradiance`."""
     way = direction / np.linalg.norm(direction)
     radius = SUN_DISTANCE * float(np.tan(np.radians(angle)))
-    return DiskLight(center=way * SUN_DISTANCE, normal=-way, radius=radius, reach=SUN_DISTANCE, irradiance=irradiance)
+    return DiskLight(
+        center=way * SUN_DISTANCE,
+        normal=-way,
+        radius=radius,
+        reach=SUN_DISTANCE,
+        irradiance=irradiance,
+    )
 
 
-def spot_disk(position: FloatArray, radius: float, irradiance: FloatArray, *, target: FloatArray) -> DiskLight:
-    """The spot light at `position` (3,) metres from the point on the ground below `target` (3,); it points at `AIM`."""
+def spot_disk(
+    position: FloatArray, radius: float, irradiance: FloatArray, *, target: FloatArray
+) -> DiskLight:
+    """The spot light at `position` (3,) metres from the point on the ground below `target` (3,); it
+    points at `AIM`."""
     foot = np.array([target[0], 0.0, target[2]])
     center, aim = foot + position, foot + np.array(AIM)
     reach = float(np.linalg.norm(np.subtract(position, AIM)))
-    return DiskLight(center=center, normal=(aim - center) / np.linalg.norm(aim - center), radius=radius, reach=reach, irradiance=irradiance)
+    return DiskLight(
+        center=center,
+        normal=(aim - center) / np.linalg.norm(aim - center),
+        radius=radius,
+        reach=reach,
+        irradiance=irradiance,
+    )

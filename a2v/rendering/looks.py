@@ -21,20 +21,28 @@ LOOKS = ("studio", "outdoor", "night")
 MAX_LOOK_FILE = 1 << 16
 
 _KINDS = typing.get_type_hints(LookSettings)
-_FIELDS = {field.name: _KINDS[field.name] for field in dataclasses.fields(LookSettings) if field.name != "provenance"}
+_FIELDS = {
+    field.name: _KINDS[field.name]
+    for field in dataclasses.fields(LookSettings)
+    if field.name != "provenance"
+}
 
 
 def read_look(name: str | os.PathLike[str]) -> LookSettings:
-    """The settings of one of `LOOKS`, or of a YAML file with fields of `LookSettings`; what it leaves out is the studio's.
+    """The settings of one of `LOOKS`, or of a YAML file with fields of `LookSettings`; what it
+    leaves out is the studio's.
 
     Raises
     ------
     InputError
-        Neither a look nor a readable file, no YAML mapping, an unknown field or an unusable value; the file is named.
+        Neither a look nor a readable file, no YAML mapping, an unknown field or an unusable value;
+        the file is named.
     """
     path = Path(__file__).with_name("looks") / f"{name}.yaml" if name in LOOKS else Path(name)
     if name not in LOOKS and not path.is_file():
-        raise InputError(f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML file of lights")
+        raise InputError(
+            f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML file of lights"
+        )
     data = read_bytes(path, limit=MAX_LOOK_FILE, empty=True)
     content = parse_yaml(data, path, "YAML", "a few lights")
     if not isinstance(content, dict | None):

@@ -1,8 +1,11 @@
-"""What a person is made of, as far as light goes: skin with a soft falloff and a soft gloss, clear eyes, all else matt.
+"""What a person is made of, as far as light goes: skin with a soft falloff and a soft gloss, clear
+eyes, all else matt.
 
-Skin lets light in and out again some millimetres away, red further than blue, so the border of light on it is soft and reddish. Here
-the cosine of each colour reaches round the border by a part w and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps
-start some millimetres above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR 2007) with Schlick's Fresnel term.
+Skin lets light in and out again some millimetres away, red further than blue, so the border of
+light on it is soft and reddish. Here the cosine of each colour reaches round the border by a part w
+and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps start some millimetres
+above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR 2007) with Schlick's Fresnel
+term.
 """
 
 from __future__ import annotations
@@ -46,11 +49,13 @@ _FRESNEL = 0.028
 
 
 def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | None:
-    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where nothing says what its skin looks like.
+    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where
+    nothing says what its skin looks like.
 
-    Skin is what has the colour of the face: its ratios of red, green and blue within what they vary by on the face, as bright as the face
-    in the light or in the shade; evened out over neighbours. Without a face of the body's own, the seen ones of the `bare` vertices that have
-    a colour that skin can have stand for it.
+    Skin is what has the colour of the face: its ratios of red, green and blue within what they vary
+    by on the face, as bright as the face in the light or in the shade; evened out over neighbours.
+    Without a face of the body's own, the seen ones of the `bare` vertices that have a colour that
+    skin can have stand for it.
 
     Parameters
     ----------
@@ -72,19 +77,24 @@ def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | N
     middle, usual = np.median(ratio[sure], axis=0), float(np.median(bright[sure]))
     spread = np.maximum(1.48 * np.median(np.abs(ratio[sure] - middle), axis=0), 0.17)
     off = np.hypot(*((ratio - middle) / spread).T)
-    like = np.exp(-0.5 * np.maximum(off - 1, 0) ** 2) * ((bright > usual - 1.3) & (bright < usual + 1.6))
+    like = np.exp(-0.5 * np.maximum(off - 1, 0) ** 2) * (
+        (bright > usual - 1.3) & (bright < usual + 1.6)
+    )
     like = np.clip(2 * evened(surface.faces, like, 6) - 0.5, 0, 1)
     if face is None:
         return np.asarray(like, np.float32)
-    like[sure] = np.maximum(like[sure], 0.9 * (bright[sure] > usual - 1.3))  # hair may hang into the face
+    like[sure] = np.maximum(
+        like[sure], 0.9 * (bright[sure] > usual - 1.3)
+    )  # hair may hang into the face
     for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
         like[face.patch[kinds == kind]] = value
     return np.asarray(like, np.float32)
 
 
 def materials_of(surface: Surface, head: BoolArray, hands: BoolArray) -> IntArray:
-    """What each face of a person is made of, (F,) uint8, an index into `MATERIALS`: eyes and mouth are the body's own, skin has the colour of
-    the face, hair is what else the head has, and all else is cloth. Each face is what most of its corners are.
+    """What each face of a person is made of, (F,) uint8, an index into `MATERIALS`: eyes and mouth
+    are the body's own, skin has the colour of the face, hair is what else the head has, and all
+    else is cloth. Each face is what most of its corners are.
 
     Parameters
     ----------
@@ -105,20 +115,35 @@ def materials_of(surface: Surface, head: BoolArray, hands: BoolArray) -> IntArra
     return agreed.astype(np.uint8)
 
 
-_MATERIAL_OF = {"skin": "skin", "eye": "eyes", "mouth": "mouth", "tongue": "mouth", "teeth": "mouth"}
+_MATERIAL_OF = {
+    "skin": "skin",
+    "eye": "eyes",
+    "mouth": "mouth",
+    "tongue": "mouth",
+    "teeth": "mouth",
+}
 """What `FACE_KINDS` are for engines."""
 
 
-def _skin_of(surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None) -> IntArray:
-    """The seen vertices (n,) among the `bare` ones (V,) of a colour that skin can have: neither hair, which is darker, nor gloves; none if they are few.
+def _skin_of(
+    surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None
+) -> IntArray:
+    """The seen vertices (n,) among the `bare` ones (V,) of a colour that skin can have: neither
+    hair, which is darker, nor gloves; none if they are few.
 
-    `ratio` (V, 2) are the logarithms of red and blue over green, `bright` (V,) that of the luminance.
+    `ratio` (V, 2) are the logarithms of red and blue over green, `bright` (V,) that of the
+    luminance.
     """
     none = np.zeros(0, np.int64)
     if bare is None:
         return none
     looked = bare if surface.visible is None else bare & surface.visible
-    can = (ratio[:, 0] > _RED[0]) & (ratio[:, 0] < _RED[1]) & (ratio[:, 1] > _BLUE[0]) & (ratio[:, 1] < _BLUE[1])
+    can = (
+        (ratio[:, 0] > _RED[0])
+        & (ratio[:, 0] < _RED[1])
+        & (ratio[:, 1] > _BLUE[0])
+        & (ratio[:, 1] < _BLUE[1])
+    )
     found = np.flatnonzero(looked & can)
     if len(found) < max(_LEAST, _SHARE * looked.sum()):
         return none
@@ -129,7 +154,8 @@ def _skin_of(surface: Surface, ratio: FloatArray, bright: FloatArray, bare: Bool
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """At points of the scene: how much is skin or eye, the width of its lobe, the shading normal and the way to the viewer."""
+    """At points of the scene: how much is skin or eye, the width of its lobe, the shading normal
+    and the way to the viewer."""
 
     mi: Any
     skin: Any
@@ -147,7 +173,14 @@ class Hit:
         eye = value > 1.5
         alpha = dr.select(eye, _CLEAR, _ROUGH)
         glossy = dr.select(eye, 1.0, value)
-        return cls(mi=mi, skin=dr.select(eye, 0.0, value), glossy=glossy, alpha=alpha, normal=normal, viewer=-ray.d)
+        return cls(
+            mi=mi,
+            skin=dr.select(eye, 0.0, value),
+            glossy=glossy,
+            alpha=alpha,
+            normal=normal,
+            viewer=-ray.d,
+        )
 
     def raised(self, ray: Any) -> Any:
         """A ray that begins above the skin."""
@@ -169,21 +202,26 @@ class Hit:
         return self.mi.Color3f(*parts)
 
     def gloss(self, way: Any, cosine: Any) -> Any:
-        """The mirrored part of a lamp's light in direction `way`, pi times the lobe times the cosine."""
+        """The mirrored part of a lamp's light in direction `way`, pi times the lobe times the
+        cosine."""
         import drjit as dr
 
         half = dr.normalize(way + self.viewer)
         near, along = dr.maximum(dr.dot(self.normal, half), 0), dr.maximum(dr.dot(way, half), 0.1)
         square = dr.square(self.alpha)
         spread = square / dr.square(dr.square(near) * (square - 1) + 1)
-        return self.glossy * spread * _schlick(along) * dr.maximum(cosine, 0) / (4 * dr.square(along))
+        return (
+            self.glossy * spread * _schlick(along) * dr.maximum(cosine, 0) / (4 * dr.square(along))
+        )
 
     def mirrored(self) -> tuple[Any, Any]:
         """Where the viewer sees the sky mirrored, and how much of it."""
         import drjit as dr
 
         facing = dr.maximum(dr.dot(self.normal, self.viewer), 0)
-        return 2 * facing * self.normal - self.viewer, self.glossy * _schlick(facing) * dr.select(self.alpha < 0.1, 1.0, 0.5)
+        return 2 * facing * self.normal - self.viewer, self.glossy * _schlick(facing) * dr.select(
+            self.alpha < 0.1, 1.0, 0.5
+        )
 
 
 def _schlick(cosine: Any) -> Any:

@@ -1,7 +1,8 @@
-"""A web page of one file: the character, turnable in the browser, next to the video. No server and no network.
+"""A web page of one file: the character, turnable in the browser, next to the video. No server and
+no network.
 
-The viewer is three.js with its glTF loader, taken when the page is made out of the wheel of trimesh, which carries them for
-its own notebooks (MIT licence, its notice stays in the page).
+The viewer is three.js with its glTF loader, taken when the page is made out of the wheel of
+trimesh, which carries them for its own notebooks (MIT licence, its notice stays in the page).
 """
 
 from __future__ import annotations
@@ -41,13 +42,16 @@ def viewer_script() -> str:
     end = "THREE.GLTFLoader=GLTFLoader;})();"  # behind it comes trimesh's own page
     begin, stop = page.find("<script>"), page.find(end)
     if begin < 0 or stop < begin or "AnimationMixer" not in page[begin:stop]:
-        raise A2VError(f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install trimesh 5.2")
+        raise A2VError(
+            f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install trimesh 5.2"
+        )
     return str(page[begin + len("<script>") : stop + len(end)])
 
 
 @functools.lru_cache(maxsize=1)
 def stage_script() -> str:
-    """Light, ground and a camera that is turned by hand: a script that defines ``makeStage`` and needs `viewer_script`."""
+    """Light, ground and a camera that is turned by hand: a script that defines ``makeStage`` and
+    needs `viewer_script`."""
     return Path(__file__).with_name("stage.js").read_text(encoding="utf-8")
 
 
@@ -58,10 +62,11 @@ def write_page(
     *,
     title: str = "a2v",
 ) -> None:
-    """Write an HTML page that shows an animated character, turnable, and a video beside it, in step with the first clip.
+    """Write an HTML page that shows an animated character, turnable, and a video beside it, in step
+    with the first clip.
 
-    ``#azimuth=90&elevation=10&time=0.5&clip=1`` behind the page's address chooses where to look from (degrees; 90: the
-    person's left), a moment to stop at (seconds) and a clip.
+    ``#azimuth=90&elevation=10&time=0.5&clip=1`` behind the page's address chooses where to look
+    from (degrees; 90: the person's left), a moment to stop at (seconds) and a clip.
 
     Parameters
     ----------
@@ -96,7 +101,9 @@ def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
     if film and film[4:8] != b"ftyp":
         raise InputError("the video is not an MP4; make one with write_video")
     if len(glb) + len(film) > MAX_PAGE_BYTES:
-        raise InputError(f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
+        raise InputError(
+            f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB"
+        )
     parts: dict[str, bytes] = {
         "title": html.escape(title).encode(), "layout": b"both" if film else b"alone", "glb": base64.b64encode(glb),
         "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>' % (base64.b64encode(film), _PLAYER) if film else b"",
@@ -114,13 +121,21 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
     words = re.split(r"\$(title|video|layout|glb|viewer|stage)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
     scripts = {"viewer": viewer_script(), "stage": stage_script()}
-    return tuple((None, scripts[name].encode()) if name in scripts else (name, piece) for name, piece in pieces)
+    return tuple(
+        (None, scripts[name].encode()) if name in scripts else (name, piece)
+        for name, piece in pieces
+    )
 
 
 def write_character_page(
-    path: str | os.PathLike[str], character: Character, clips: Clips, *, expressions: Strengths | None = None
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Clips,
+    *,
+    expressions: Strengths | None = None,
 ) -> None:
-    """Write an HTML page that shows a character with its clips, named after them, and what its face does in them.
+    """Write an HTML page that shows a character with its clips, named after them, and what its face
+    does in them.
 
     Raises
     ------
@@ -132,7 +147,9 @@ def write_character_page(
         write_page(path, Path(folder) / "character.glb", title=", ".join(clips))
 
 
-PAGE_FORMATS: tuple[CharacterFormat, ...] = (CharacterFormat(suffixes=(".html",), write=write_character_page),)
+PAGE_FORMATS: tuple[CharacterFormat, ...] = (
+    CharacterFormat(suffixes=(".html",), write=write_character_page),
+)
 """Characters as something to look at."""
 
 
@@ -141,7 +158,9 @@ def _data(source: bytes | str | os.PathLike[str]) -> bytes:
         return source
     try:
         if Path(source).stat().st_size > MAX_PAGE_BYTES:
-            raise InputError(f"{source} is too large for a page; the limit is {MAX_PAGE_BYTES >> 20} MB")
+            raise InputError(
+                f"{source} is too large for a page; the limit is {MAX_PAGE_BYTES >> 20} MB"
+            )
         return Path(source).read_bytes()
     except OSError as error:
         raise InputError(f"cannot read {source}: {error.strerror}") from error

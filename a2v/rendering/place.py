@@ -26,7 +26,8 @@ _SPREAD = 12
 """Rings of vertices that it is carried on beyond what is seen."""
 
 DIRECTED = 0.4
-"""Largest share of the light that comes from one direction: the colours of the photo hold its shading already."""
+"""Largest share of the light that comes from one direction: the colours of the photo hold its
+shading already."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,13 +41,15 @@ class Place(Record):
     camera : ViewCamera
         Square, around the photo (`a2v.rendering.viewpoint`).
     moved : (V, 3) float32
-        What brings the person's vertices in the photo's pose to where this camera sees them as the photo does.
+        What brings the person's vertices in the photo's pose to where this camera sees them as the
+        photo does.
     look : LookSettings
         Lights.
     frame : tuple of 4 int
         Left, top, right, bottom of the photo in `picture`.
     light : (V, 3) float32
-        What these lights give the person's vertices in the photo's pose, irradiance over pi: `without_light` takes it out of the colours.
+        What these lights give the person's vertices in the photo's pose, irradiance over pi:
+        `without_light` takes it out of the colours.
     """
 
     picture: ByteArray
@@ -64,7 +67,8 @@ class Place(Record):
 
 
 def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:
-    """A photo (H, W, 3) in the middle of a square whose rest is the photo again, enlarged and soft; and where in it the photo lies."""
+    """A photo (H, W, 3) in the middle of a square whose rest is the photo again, enlarged and soft;
+    and where in it the photo lies."""
     import cv2
 
     height, width = photo.shape[:2]
@@ -72,14 +76,17 @@ def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:
     left, top = (side - width) // 2, (side - height) // 2
     short = min(height, width)
     inner = photo[(height - short) // 2 :, (width - short) // 2 :][:short, :short]
-    whole = cv2.GaussianBlur(cv2.resize(inner, (side, side), interpolation=cv2.INTER_AREA), (0, 0), side / 40)
+    whole = cv2.GaussianBlur(
+        cv2.resize(inner, (side, side), interpolation=cv2.INTER_AREA), (0, 0), side / 40
+    )
     whole = (whole * np.float32(0.8)).astype(np.uint8)
     whole[top : top + height, left : left + width] = photo
     return whole, (left, top, left + width, top + height)
 
 
 def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
-    """A mask (H, W) of the photo over its `square`, 0 around it; `frame` is where `square` put the photo."""
+    """A mask (H, W) of the photo over its `square`, 0 around it; `frame` is where `square` put the
+    photo."""
     left, top, right, bottom = frame
     whole = np.zeros((max(mask.shape), max(mask.shape)), np.float32)
     whole[top:bottom, left:right] = mask
@@ -89,13 +96,15 @@ def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
 def estimate_light(surface: Surface) -> LookSettings:
     """Lights by how bright the photo shows the sides of the person that face different ways.
 
-    Brightness over the seen vertices is fitted by a constant and a direction; what is bright or dark by itself averages out. The sum of all
-    light is such that surfaces towards the camera keep their colours.
+    Brightness over the seen vertices is fitted by a constant and a direction; what is bright or
+    dark by itself averages out. The sum of all light is such that surfaces towards the camera keep
+    their colours.
 
     Parameters
     ----------
     surface : Surface
-        In the frame of the photo's camera, with `visible`; without it all vertices that face the camera count.
+        In the frame of the photo's camera, with `visible`; without it all vertices that face the
+        camera count.
     """
     normals = vertex_normals(surface.vertices, surface.faces)
     seen = normals[:, 2] > 0.15
@@ -126,8 +135,15 @@ def exposed(look: LookSettings, gain: FloatArray) -> LookSettings:
     return dataclasses.replace(look, background=background, sun=sun)
 
 
-def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, look: LookSettings, settings: RenderSettings) -> FloatArray:
-    """What a look's lights give the vertices that the photo shows, irradiance over pi (V, 3) float32; elsewhere about the mean.
+def light_on(
+    surface: Surface,
+    vertices: FloatArray,
+    camera: ViewCamera,
+    look: LookSettings,
+    settings: RenderSettings,
+) -> FloatArray:
+    """What a look's lights give the vertices that the photo shows, irradiance over pi (V, 3)
+    float32; elsewhere about the mean.
 
     Parameters
     ----------
@@ -138,7 +154,9 @@ def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, look: L
     """
     grey = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
     bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=grey)
-    cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), look).cutout(vertices, camera)
+    cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), look).cutout(
+        vertices, camera
+    )
     size = settings.size
     at = np.clip(camera.project(vertices, size), 0, size - 1e-3).astype(np.int64)
     alpha = cut.alpha[at[:, 1], at[:, 0]]
@@ -156,8 +174,11 @@ def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, look: L
 
 
 def without_light(surface: Surface, light: FloatArray) -> Surface:
-    """A surface whose colours and texture are divided by the light (V, 3) on its vertices, linear, so that under it it looks as before."""
-    colors = linear_to_srgb(np.clip(srgb_to_linear(surface.colors) / light, 0, 1)).astype(np.float32)
+    """A surface whose colours and texture are divided by the light (V, 3) on its vertices, linear,
+    so that under it it looks as before."""
+    colors = linear_to_srgb(np.clip(srgb_to_linear(surface.colors) / light, 0, 1)).astype(
+        np.float32
+    )
     if surface.uv is None or surface.texture is None:
         return dataclasses.replace(surface, colors=colors)
     size = surface.texture.shape[0]

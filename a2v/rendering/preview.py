@@ -1,4 +1,5 @@
-"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colours. Not for videos."""
+"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colours. Not for
+videos."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def preview_surface(
     ----------
     surface : Surface
     azimuth, elevation : float
-        Where the camera stands, degrees: 0, 0 in front (+z), azimuth 90 at the person's left (+x), 180 behind.
+        Where the camera stands, degrees: 0, 0 in front (+z), azimuth 90 at the person's left (+x),
+        180 behind.
     size : int
         Width and height, pixels.
     center : (3,), optional
@@ -72,7 +74,9 @@ def preview_surface(
     seen, face, weights = _first_hits(surface, origins, -backward)
     color = np.full((len(face), 3), 0.8) if style.plain else _colors_at(surface, face, weights)
     if style.shaded or style.plain:
-        normal = (vertex_normals(vertices, surface.faces)[surface.faces[face]] * weights[..., None]).sum(axis=1)
+        normal = (
+            vertex_normals(vertices, surface.faces)[surface.faces[face]] * weights[..., None]
+        ).sum(axis=1)
         light = backward + 0.35 * up - 0.25 * right
         facing = np.clip(normal @ (light / np.linalg.norm(light)), 0, 1)
         color = color * ((0.25 + 0.75 * facing) if style.plain else (0.7 + 0.3 * facing))[:, None]
@@ -82,13 +86,21 @@ def preview_surface(
     return picture
 
 
-def _first_hits(surface: Surface, origins: FloatArray, direction: FloatArray) -> tuple[BoolArray, IntArray, FloatArray]:
-    """Rays from `origins` (H, W, 3): which hit (H, W), and of these N the face (N,) and barycentric weights (N, 3) of its corners."""
+def _first_hits(
+    surface: Surface, origins: FloatArray, direction: FloatArray
+) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Rays from `origins` (H, W, 3): which hit (H, W), and of these N the face (N,) and barycentric
+    weights (N, 3) of its corners."""
     import open3d as o3d
 
-    rays = np.concatenate([origins, np.broadcast_to(direction, origins.shape)], axis=-1).astype(np.float32)
+    rays = np.concatenate([origins, np.broadcast_to(direction, origins.shape)], axis=-1).astype(
+        np.float32
+    )
     scene: Any = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(np.ascontiguousarray(surface.vertices, np.float32), np.ascontiguousarray(surface.faces, np.uint32))
+    scene.add_triangles(
+        np.ascontiguousarray(surface.vertices, np.float32),
+        np.ascontiguousarray(surface.faces, np.uint32),
+    )
     hits = scene.cast_rays(rays)
     seen = np.isfinite(hits["t_hit"].numpy())
     second = hits["primitive_uvs"].numpy()[seen].astype(np.float64)
@@ -108,5 +120,8 @@ def _colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatAr
     x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
     y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
     part = 30000  # cv2.remap takes fewer than 2^15 columns
-    chunks = [cv2.remap(surface.texture, x[:, i : i + part], y[:, i : i + part], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], part)]
+    chunks = [
+        cv2.remap(surface.texture, x[:, i : i + part], y[:, i : i + part], cv2.INTER_LINEAR)[0]
+        for i in range(0, x.shape[1], part)
+    ]
     return np.concatenate(chunks).reshape(-1, 3) / 255 if chunks else np.zeros((0, 3))

@@ -20,11 +20,13 @@ _STEP = 4
 """Every so manieth pixel is asked how far it is from the person."""
 
 _LOW = 0.15
-"""What is lower than this throws shadows with edges so sharp that they want whole pixels, metres."""
+"""What is lower than this throws shadows with edges so sharp that they want whole pixels,
+metres."""
 
 _NEAR = 1.4
-"""Up to this many heights of the person away, ground is traced. Measured: beyond, what a person takes from the sky's light and
-what it reflects changes the ground by less than 0.4 levels of 255."""
+"""Up to this many heights of the person away, ground is traced. Measured: beyond, what a person
+takes from the sky's light and what it reflects changes the ground by less than 0.4 levels of
+255."""
 
 _RAMP = 3
 """Tiles over which the traced ground goes over into the empty stage's."""
@@ -33,7 +35,8 @@ _GAIN = 0.95
 """A box is cut where two have less than this part of its pixels."""
 
 _GRAIN = 16
-"""Boxes to denoise begin at multiples of this number of pixels, the denoiser's own raster; otherwise a moving box would flicker."""
+"""Boxes to denoise begin at multiples of this number of pixels, the denoiser's own raster;
+otherwise a moving box would flicker."""
 _CONTEXT = 8
 """Pixels by which two boxes that cut through the person overlap and are blended."""
 _MARGIN = 6
@@ -42,22 +45,33 @@ _MARGIN = 6
 
 @dataclass(frozen=True, kw_only=True)
 class Region:
-    """`person` (H, W) are the pixels that may show the person; `weight` (H, W) in [0, 1] is how much what is traced of the ground's light
-    counts beside the empty stage's, `contact` (H, W) in [0, 1] how much what is traced of it pixel by pixel, near what touches the ground."""
+    """`person` (H, W) are the pixels that may show the person; `weight` (H, W) in [0, 1] is how
+    much what is traced of the ground's light counts beside the empty stage's, `contact` (H, W) in
+    [0, 1] how much what is traced of it pixel by pixel, near what touches the ground."""
 
     person: BoolArray
     weight: FloatArray
     contact: FloatArray
 
     def within(self, window: tuple[slice, slice]) -> Region:
-        """What of it lies in a window of the picture (rows, columns): the rest is cut off in the end."""
+        """What of it lies in a window of the picture (rows, columns): the rest is cut off in the
+        end."""
         shown = np.zeros(self.person.shape, bool)
         shown[window] = True
-        return self if shown.all() else Region(person=self.person & shown, weight=self.weight * shown, contact=self.contact * shown)
+        return (
+            self
+            if shown.all()
+            else Region(
+                person=self.person & shown, weight=self.weight * shown, contact=self.contact * shown
+            )
+        )
 
 
-def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: LookSettings, empty: Empty) -> Region:
-    """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles, whole penumbras."""
+def region(
+    vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: LookSettings, empty: Empty
+) -> Region:
+    """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles,
+    whole penumbras."""
     size = len(empty.ground)
     corners = np.ascontiguousarray(faces.T)
     person = _tiles(_projected(camera, vertices, size), None, corners, size, _FINE)
@@ -67,16 +81,25 @@ def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: Look
     standing = corners[:, (vertices[corners[0], 1] < _LOW) | (vertices[corners[1], 1] < _LOW)]
     for point, spread in _shadows(vertices, camera, look):
         pixels = _projected(camera, point, size)
-        away = np.maximum(np.linalg.norm(point - np.array(camera.origin, np.float32), axis=-1), np.float32(0.1))
+        away = np.maximum(
+            np.linalg.norm(point - np.array(camera.origin, np.float32), axis=-1), np.float32(0.1)
+        )
         border = spread / away * np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2))
-        flat = np.minimum(1, 1.5 * abs(camera.origin[1]) / away)  # a circle on the ground is seen from the side
+        flat = np.minimum(
+            1, 1.5 * abs(camera.origin[1]) / away
+        )  # a circle on the ground is seen from the side
         borders = border, border * flat
         shade |= _tiles(pixels, borders, corners, size, TILE)
         if standing.shape[1]:
             contact |= _tiles(pixels, borders, standing, size, TILE)
     place = empty.place[::_STEP, ::_STEP]
-    off = [np.maximum(np.maximum(low[axis] - place[..., i], place[..., i] - high[axis]), 0) for i, axis in ((0, 0), (1, 2))]
-    near = empty.ground[::_STEP, ::_STEP] & (off[0] ** 2 + off[1] ** 2 < (_NEAR * max(high[1] - low[1], 0.5)) ** 2)
+    off = [
+        np.maximum(np.maximum(low[axis] - place[..., i], place[..., i] - high[axis]), 0)
+        for i, axis in ((0, 0), (1, 2))
+    ]
+    near = empty.ground[::_STEP, ::_STEP] & (
+        off[0] ** 2 + off[1] ** 2 < (_NEAR * max(high[1] - low[1], 0.5)) ** 2
+    )
     shade = _grown(_grown(shade, 1) | _any(near, len(shade), TILE // _STEP), _RAMP)
     return Region(
         person=_pixels(person, size, _FINE),
@@ -87,17 +110,22 @@ def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: Look
 
 def _projected(camera: ViewCamera, points: FloatArray, size: int) -> FloatArray:
     """`ViewCamera.project` (2, V) in float32."""
-    local = (np.asarray(points, np.float32) - np.array(camera.origin, np.float32)) @ camera.axes.T.astype(np.float32)
+    local = (
+        np.asarray(points, np.float32) - np.array(camera.origin, np.float32)
+    ) @ camera.axes.T.astype(np.float32)
     depth = np.where(local[:, 2] < 0, -local[:, 2], np.float32(np.nan))
     reach = np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2)) / depth
     return np.stack([size / 2 + reach * local[:, 0], size / 2 - reach * local[:, 1]])
 
 
 def _ramp(tiles: BoolArray, size: int, steps: int) -> FloatArray:
-    """1 inside of marked tiles, falling to 0 over `steps` of them towards their border (size, size) float32."""
+    """1 inside of marked tiles, falling to 0 over `steps` of them towards their border (size, size)
+    float32."""
     import cv2
 
-    inside = np.pad(tiles.astype(np.uint8), 1, mode="edge")  # the picture's border is no border of the region
+    inside = np.pad(
+        tiles.astype(np.uint8), 1, mode="edge"
+    )  # the picture's border is no border of the region
     away = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
     weight = np.clip((away - 1) / steps, 0, 1).astype(np.float32)
     shape = (tiles.shape[1] * TILE, tiles.shape[0] * TILE)
@@ -109,9 +137,14 @@ def _pixels(tiles: BoolArray, size: int, tile: int) -> BoolArray:
     return np.repeat(np.repeat(tiles, tile, axis=0), tile, axis=1)[:size, :size]
 
 
-def _shadows(vertices: FloatArray, camera: ViewCamera, look: LookSettings) -> list[tuple[FloatArray, FloatArray]]:
-    """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and how far it spreads (V,), metres."""
-    above = np.maximum(np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32))
+def _shadows(
+    vertices: FloatArray, camera: ViewCamera, look: LookSettings
+) -> list[tuple[FloatArray, FloatArray]]:
+    """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and
+    how far it spreads (V,), metres."""
+    above = np.maximum(
+        np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32)
+    )
     sun = (np.array(look.sun_direction) / np.linalg.norm(look.sun_direction)).astype(np.float32)
     way = above[:, 1:2] / sun[1] * sun
     spread = np.linalg.norm(way, axis=1) * np.float32(np.tan(np.radians(look.sun_angle)) / sun[1])
@@ -123,15 +156,27 @@ def _shadows(vertices: FloatArray, camera: ViewCamera, look: LookSettings) -> li
         lower = above[:, 1] / (lamp[1] - np.float32(look.spot_radius) - above[:, 1])
         reach = np.linalg.norm((above - lamp)[:, [0, 2]], axis=1)
         found.append(
-            (above + part * (above - lamp), (lower - part[:, 0]) * reach + (1 + lower) * np.float32(look.spot_radius) * part[:, 0])
+            (
+                above + part * (above - lamp),
+                (lower - part[:, 0]) * reach
+                + (1 + lower) * np.float32(look.spot_radius) * part[:, 0],
+            )
         )
     return found
 
 
-def _tiles(pixels: FloatArray, borders: tuple[FloatArray, FloatArray] | None, corners: IntArray, size: int, tile: int) -> BoolArray:
-    """The squares of `tile` pixels that the bounding boxes of triangles touch, all where one is partly behind the camera.
+def _tiles(
+    pixels: FloatArray,
+    borders: tuple[FloatArray, FloatArray] | None,
+    corners: IntArray,
+    size: int,
+    tile: int,
+) -> BoolArray:
+    """The squares of `tile` pixels that the bounding boxes of triangles touch, all where one is
+    partly behind the camera.
 
-    `pixels` (2, V) are where the vertices are, `borders` (V,) across and down go on from them to each side, `corners` (3, F) are the triangles.
+    `pixels` (2, V) are where the vertices are, `borders` (V,) across and down go on from them to
+    each side, `corners` (3, F) are the triangles.
     """
     count = -(-size // tile)
     marked = np.zeros((count + 1) ** 2, np.int64)
@@ -148,18 +193,26 @@ def _tiles(pixels: FloatArray, borders: tuple[FloatArray, FloatArray] | None, co
             return np.ones((count, count), bool)
         edges = [(low[seen], high[seen]) for low, high in edges]
     (x0, x1), (y0, y1) = (
-        (np.clip(low / tile, 0, count).astype(np.int64), np.clip(high / tile + 1, 0, count).astype(np.int64)) for low, high in edges
+        (
+            np.clip(low / tile, 0, count).astype(np.int64),
+            np.clip(high / tile + 1, 0, count).astype(np.int64),
+        )
+        for low, high in edges
     )
     for ys, xs, sign in ((y0, x0, 1), (y0, x1, -1), (y1, x0, -1), (y1, x1, 1)):
         marked += sign * np.bincount(ys * (count + 1) + xs, minlength=marked.size)
-    covered: BoolArray = marked.reshape(count + 1, count + 1).cumsum(axis=0).cumsum(axis=1)[:count, :count] > 0
+    covered: BoolArray = (
+        marked.reshape(count + 1, count + 1).cumsum(axis=0).cumsum(axis=1)[:count, :count] > 0
+    )
     return covered
 
 
 def _grown(tiles: BoolArray, by: int) -> BoolArray:
     import cv2
 
-    return np.asarray(cv2.dilate(tiles.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1), np.uint8)), bool)
+    return np.asarray(
+        cv2.dilate(tiles.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1), np.uint8)), bool
+    )
 
 
 def _any(marks: BoolArray, count: int, each: int) -> BoolArray:
@@ -193,7 +246,8 @@ class Box:
         return (self.bottom - self.top) * (self.right - self.left)
 
     def weight(self, size: int) -> FloatArray:
-        """How much its pixels count where boxes lap over each other (H, W): less towards borders that are not the picture's."""
+        """How much its pixels count where boxes lap over each other (H, W): less towards borders
+        that are not the picture's."""
         sides = []
         for low, high in ((self.top, self.bottom), (self.left, self.right)):
             at = np.arange(low, high) + 0.5
@@ -204,7 +258,8 @@ class Box:
 
 
 def boxes(person: BoolArray) -> list[Box]:
-    """Boxes around what shows the person (H, W): one, cut in two as long as that leaves less to denoise."""
+    """Boxes around what shows the person (H, W): one, cut in two as long as that leaves less to
+    denoise."""
     around = _box(person)
     return [] if around is None else _cut(person, around)
 
@@ -218,7 +273,11 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
         seen = inside.T if turned else inside
         low, high = (box.left, box.right) if turned else (box.top, box.bottom)
         for at in range(low + _GRAIN, high, _GRAIN):
-            pair = [one.turned() if turned else one for one in (_box(seen, bottom=at), _box(seen, top=at)) if one is not None]
+            pair = [
+                one.turned() if turned else one
+                for one in (_box(seen, bottom=at), _box(seen, top=at))
+                if one is not None
+            ]
             if sum(one.area for one in pair) < _GAIN * least:
                 best, least = pair, sum(one.area for one in pair) / _GAIN
     if best == [box] or depth == 0:
@@ -227,7 +286,8 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
 
 
 def _box(pixels: BoolArray, top: int = 0, bottom: int | None = None) -> Box | None:
-    """Around what is marked in rows from `top` to `bottom`; where it is cut there, with all the rows that it needs to be blended."""
+    """Around what is marked in rows from `top` to `bottom`; where it is cut there, with all the
+    rows that it needs to be blended."""
     size = len(pixels)
     end = size if bottom is None else bottom
     rows = np.flatnonzero(pixels[top:end].any(axis=1)) + top
@@ -237,5 +297,8 @@ def _box(pixels: BoolArray, top: int = 0, bottom: int | None = None) -> Box | No
     last = rows[-1] + 1 + (_CONTEXT if end < size and rows[-1] + 1 == end else _MARGIN)
     low, high = max(0, first // _GRAIN * _GRAIN), min(size, -(-last // _GRAIN) * _GRAIN)
     columns = np.flatnonzero(pixels[low:high].any(axis=0))
-    left, right = max(0, (columns[0] - _MARGIN) // _GRAIN * _GRAIN), min(size, -(-(columns[-1] + 1 + _MARGIN) // _GRAIN) * _GRAIN)
+    left, right = (
+        max(0, (columns[0] - _MARGIN) // _GRAIN * _GRAIN),
+        min(size, -(-(columns[-1] + 1 + _MARGIN) // _GRAIN) * _GRAIN),
+    )
     return Box(top=int(low), bottom=int(high), left=int(left), right=int(right))

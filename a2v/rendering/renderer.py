@@ -1,4 +1,5 @@
-"""One scene, many frames: only arrays change between pictures, so nothing is built or compiled again."""
+"""One scene, many frames: only arrays change between pictures, so nothing is built or compiled
+again."""
 
 from __future__ import annotations
 
@@ -24,8 +25,9 @@ from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 @dataclass(frozen=True, kw_only=True)
 class _Parts:
-    """A picture (H, W, 3), linear, and what it is made of: `base` is the stage with the person's shadow alone, `kept` what the
-    ground keeps of its light, both (H, W, 3), `person` (H, W) how much of a pixel the samples found to be the person."""
+    """A picture (H, W, 3), linear, and what it is made of: `base` is the stage with the person's
+    shadow alone, `kept` what the ground keeps of its light, both (H, W, 3), `person` (H, W) how
+    much of a pixel the samples found to be the person."""
 
     picture: FloatArray
     base: FloatArray
@@ -46,8 +48,9 @@ class _Shown:
 class Renderer:
     """Renders one surface in any number of poses and cameras.
 
-    A picture depends on its vertices, camera and the settings alone, not on what was rendered before, so frames may be
-    rendered in any order and by several processes. The same seed serves every frame: what does not move does not flicker.
+    A picture depends on its vertices, camera and the settings alone, not on what was rendered
+    before, so frames may be rendered in any order and by several processes. The same seed serves
+    every frame: what does not move does not flicker.
 
     Parameters
     ----------
@@ -57,13 +60,15 @@ class Renderer:
         `spp` is rounded up to what multi-jittered sampling can do (8, 16, 35 for 32, 64).
     look : LookSettings
     bsdf : dict or None
-        Mitsuba's material, with "surface" where the surface's colours go; None: `a2v.rendering.matter`'s with LLVM, else diffuse.
+        Mitsuba's material, with "surface" where the surface's colours go; None:
+        `a2v.rendering.matter`'s with LLVM, else diffuse.
     extra : dict or None
         More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
     backdrop : (H, W, 3) uint8 or None
         The sRGB picture for the background "image"; its middle is shown, scaled to fill the frame.
     bare : (V,) bool or None
-        Vertices of head and hands: what of them looks like skin stands for skin where the surface has no face (`matter_of`).
+        Vertices of head and hands: what of them looks like skin stands for skin where the surface
+        has no face (`matter_of`).
 
     Raises
     ------
@@ -93,12 +98,16 @@ class Renderer:
         self._mesh = render_mesh(surface)
         objects = stage(mi, look) | (extra or {})
         self._objects = objects
-        self._color = mi.load_dict({"type": "path", "max_depth": look.bounces + 1, "rr_depth": 64, "hide_emitters": True})
+        self._color = mi.load_dict(
+            {"type": "path", "max_depth": look.bounces + 1, "rr_depth": 64, "hide_emitters": True}
+        )
         # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
         person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
         self._main = self._scene(mi, {"person": person, **objects})
-        own = bsdf is None and not extra and self.variant.startswith("llvm")  # what the tracer knows; all else is Mitsuba's
+        own = (
+            bsdf is None and not extra and self.variant.startswith("llvm")
+        )  # what the tracer knows; all else is Mitsuba's
         matter = matter_of(surface, bare) if own and look.gloss else None
         of_faces = None if matter is None else np.median(matter[surface.faces], axis=1)
         self._tracer = Tracer(mi, self._main.scene, person, look, of_faces) if own else None
@@ -108,16 +117,34 @@ class Renderer:
         self._ground: FloatArray | None = None
         self._clear: tuple[ViewCamera, Empty] | None = None
 
-    def layers(self, vertices: FloatArray, camera: ViewCamera, *, spp: int | None = None, seed: int | None = None) -> Layers:
+    def layers(
+        self,
+        vertices: FloatArray,
+        camera: ViewCamera,
+        *,
+        spp: int | None = None,
+        seed: int | None = None,
+    ) -> Layers:
         """Trace one picture without denoising (`spp`, `seed`: other than the settings')."""
         mi = activate(self.variant, self.settings.threads)
         self._show(mi, self._main, camera, np.asarray(vertices, np.float32))
-        return self._trace(mi, self._main, self.settings.spp if spp is None else spp, self.settings.seed if seed is None else seed)
+        return self._trace(
+            mi,
+            self._main,
+            self.settings.spp if spp is None else spp,
+            self.settings.seed if seed is None else seed,
+        )
 
     def _trace(self, mi: Any, shown: _Shown, samples: int, seed: int) -> Layers:
-        color = np.array(mi.render(shown.scene, integrator=self._color, spp=samples, seed=seed), np.float32)
-        samples = 4 if self.variant.startswith("scalar") else max(samples, 4)  # there, this pass is as slow as the other
-        guide = np.array(mi.render(shown.scene, integrator=self._guide, spp=samples, seed=seed), np.float32)
+        color = np.array(
+            mi.render(shown.scene, integrator=self._color, spp=samples, seed=seed), np.float32
+        )
+        samples = (
+            4 if self.variant.startswith("scalar") else max(samples, 4)
+        )  # there, this pass is as slow as the other
+        guide = np.array(
+            mi.render(shown.scene, integrator=self._guide, spp=samples, seed=seed), np.float32
+        )
         missed = 1 - color[..., 3:]
         return Layers(
             color=color[..., :3] + missed * self._sky(shown.camera),
@@ -129,7 +156,8 @@ class Renderer:
     def linear(self, vertices: FloatArray, camera: ViewCamera) -> FloatArray:
         """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so.
 
-        On the stage as it is, only the person and the light on the ground around it are traced and denoised, and laid over the empty stage.
+        On the stage as it is, only the person and the light on the ground around it are traced and
+        denoised, and laid over the empty stage.
         """
         if self._tracer is None:
             return self._finished(self.layers(vertices, camera))
@@ -137,11 +165,19 @@ class Renderer:
 
     def _parts(self, tracer: Tracer, vertices: FloatArray, camera: ViewCamera) -> _Parts:
         """The person, the ground's light and the empty stage, and the picture that they make."""
-        vertices, size, seed = np.asarray(vertices, np.float32), self.settings.size, self.settings.seed
+        vertices, size, seed = (
+            np.asarray(vertices, np.float32),
+            self.settings.size,
+            self.settings.seed,
+        )
         self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
         empty = self._empty_stage(camera)
-        found = region(vertices, self._surface.faces, camera, self.look, empty).within(self.settings.window)
-        kept = kept_light(tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise)
+        found = region(vertices, self._surface.faces, camera, self.look, empty).within(
+            self.settings.window
+        )
+        kept = kept_light(
+            tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise
+        )
         base, person = empty.color * kept, np.zeros((size, size), np.float32)
         pixels = np.flatnonzero(found.person)
         if len(pixels) == 0:
@@ -175,44 +211,78 @@ class Renderer:
         return denoise(layers) if self.settings.denoise else layers.color
 
     def cutout(self, vertices: FloatArray, camera: ViewCamera) -> Cutout:
-        """The person and the shadow it throws, without the stage: what the person's part of each pixel gives, and the light that the ground keeps.
+        """The person and the shadow it throws, without the stage: what the person's part of each
+        pixel gives, and the light that the ground keeps.
 
-        With a material or objects of one's own the shadow is what the ground's picture loses when the person steps on it.
+        With a material or objects of one's own the shadow is what the ground's picture loses when
+        the person steps on it.
         """
         if self._tracer is not None:
             parts = self._parts(self._tracer, vertices, camera)
             person = np.maximum(parts.picture - (1 - parts.person)[..., None] * parts.base, 0)
-            return Cutout.of(person, parts.person, self._rim(self._tracer, parts.person, camera), parts.kept @ LUMINANCE)
+            return Cutout.of(
+                person,
+                parts.person,
+                self._rim(self._tracer, parts.person, camera),
+                parts.kept @ LUMINANCE,
+            )
         whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
         if self._empty is None or self._empty.camera != camera or self._ground is None:
             mi = activate(self.variant, self.settings.threads)
             if self._empty is None:
                 self._empty = self._scene(mi, self._objects)
             self._show(mi, self._empty, camera)
-            self._ground = self._finished(self._trace(mi, self._empty, self.settings.spp, self.settings.seed))
-        shade = continued((whole @ LUMINANCE) / np.maximum(self._ground @ LUMINANCE, 1e-4), alpha == 0, 1.0)
-        return Cutout.of(np.maximum(whole - ((1 - alpha) * shade)[..., None] * self._ground, 0), alpha, alpha, shade)
+            self._ground = self._finished(
+                self._trace(mi, self._empty, self.settings.spp, self.settings.seed)
+            )
+        shade = continued(
+            (whole @ LUMINANCE) / np.maximum(self._ground @ LUMINANCE, 1e-4), alpha == 0, 1.0
+        )
+        return Cutout.of(
+            np.maximum(whole - ((1 - alpha) * shade)[..., None] * self._ground, 0),
+            alpha,
+            alpha,
+            shade,
+        )
 
-    def _rim(self, tracer: Tracer, person: FloatArray, camera: ViewCamera, *, samples: int = 32) -> FloatArray:
-        """How much of each pixel is the person (H, W): along its rim, which shows when it is laid over something else, from more samples."""
+    def _rim(
+        self, tracer: Tracer, person: FloatArray, camera: ViewCamera, *, samples: int = 32
+    ) -> FloatArray:
+        """How much of each pixel is the person (H, W): along its rim, which shows when it is laid
+        over something else, from more samples."""
         import cv2
 
         square, alpha = np.ones((3, 3), np.uint8), person.copy()
         rim = np.flatnonzero(cv2.dilate(person, square) != cv2.erode(person, square))
         if len(rim):
-            alpha.reshape(-1)[rim] = tracer.covered(rim, samples, camera, self.settings.size, self.settings.seed)
+            alpha.reshape(-1)[rim] = tracer.covered(
+                rim, samples, camera, self.settings.size, self.settings.seed
+            )
         return alpha
 
-    def _covered(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 32) -> FloatArray:
+    def _covered(
+        self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 32
+    ) -> FloatArray:
         """As `mask`, but what the ground hides does not count (a toe that sinks into it)."""
         mi = activate(self.variant, self.settings.threads)
         if self._holdout is None:  # a white person on black ground: the albedo is the mask
-            white, black = ({"type": "diffuse", "reflectance": {"type": "rgb", "value": [v, v, v]}} for v in (1.0, 0.0))
-            ground = {name: item | {"bsdf": black} for name, item in self._objects.items() if item is not None and "bsdf" in item}
-            self._holdout = self._scene(mi, {"person": mesh_object(mi, self._mesh, self._surface, bsdf=white), **ground})
+            white, black = (
+                {"type": "diffuse", "reflectance": {"type": "rgb", "value": [v, v, v]}}
+                for v in (1.0, 0.0)
+            )
+            ground = {
+                name: item | {"bsdf": black}
+                for name, item in self._objects.items()
+                if item is not None and "bsdf" in item
+            }
+            self._holdout = self._scene(
+                mi, {"person": mesh_object(mi, self._mesh, self._surface, bsdf=white), **ground}
+            )
             self._albedo = mi.load_dict({"type": "aov", "aovs": "albedo:albedo"})
         self._show(mi, self._holdout, camera, np.asarray(vertices, np.float32))
-        image = mi.render(self._holdout.scene, integrator=self._albedo, spp=samples, seed=self.settings.seed)
+        image = mi.render(
+            self._holdout.scene, integrator=self._albedo, spp=samples, seed=self.settings.seed
+        )
         alpha = np.array(image, np.float32)[..., 0]
         return np.clip(np.where(alpha < 1e-3, 0, alpha), 0, 1)
 
@@ -232,7 +302,8 @@ class Renderer:
 
         Returns
         -------
-        (height, width, 3) uint8 of the settings' `shape`, sRGB; (height, width, 4) with straight alpha where the settings' background is "transparent".
+        (height, width, 3) uint8 of the settings' `shape`, sRGB; (height, width, 4) with straight
+        alpha where the settings' background is "transparent".
 
         Raises
         ------
@@ -246,12 +317,15 @@ class Renderer:
         return picture[self.settings.window]
 
     def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:
-        """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from `samples` rays a pixel."""
+        """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from
+        `samples` rays a pixel."""
         mi = activate(self.variant, self.settings.threads)
         if self._alone is None:  # a scene of the person alone: its alpha channel is the mask
             self._alone = self._scene(mi, {"person": mesh_object(mi, self._mesh, self._surface)})
         self._show(mi, self._alone, camera, np.asarray(vertices, np.float32))
-        image = mi.render(self._alone.scene, integrator=self._color, spp=samples, seed=self.settings.seed)
+        image = mi.render(
+            self._alone.scene, integrator=self._color, spp=samples, seed=self.settings.seed
+        )
         return np.array(image, np.float32)[..., 3]
 
     def _sensor(self) -> dict[str, Any]:
@@ -273,14 +347,23 @@ class Renderer:
             "sampler": {"type": "multijitter", "sample_count": self.settings.spp},
         }
 
-    def _show(self, mi: Any, shown: _Shown, camera: ViewCamera, vertices: FloatArray | None = None) -> None:
-        """Move the person (where the scene has one) and the camera of a scene, and only what differs from what it shows."""
+    def _show(
+        self, mi: Any, shown: _Shown, camera: ViewCamera, vertices: FloatArray | None = None
+    ) -> None:
+        """Move the person (where the scene has one) and the camera of a scene, and only what
+        differs from what it shows."""
         if vertices is not None and vertices.shape != (self._count, 3):
-            raise InputError(f"the frame has vertices of shape {vertices.shape}; the surface has ({self._count}, 3)")
+            raise InputError(
+                f"the frame has vertices of shape {vertices.shape}; the surface has ({self._count}, 3)"
+            )
         parameters = shown.parameters
-        if vertices is not None and (shown.vertices is None or not np.array_equal(shown.vertices, vertices)):
+        if vertices is not None and (
+            shown.vertices is None or not np.array_equal(shown.vertices, vertices)
+        ):
             if not np.isfinite(vertices).all():
-                raise InputError("the frame's vertices hold NaN or infinite numbers; check the motion that moved them")
+                raise InputError(
+                    "the frame's vertices hold NaN or infinite numbers; check the motion that moved them"
+                )
             parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
             parameters["person.vertex_normals"] = self._mesh.normals(vertices).ravel()
         if camera != shown.camera:
@@ -291,7 +374,9 @@ class Renderer:
             parameters["sensor.to_world"] = _transform(mi, matrix)
             parameters["sensor.x_fov"] = camera.fov
             if "spot.to_world" in parameters:
-                parameters["spot.to_world"] = _transform(mi, self.look.spot_light(camera.target).matrix)
+                parameters["spot.to_world"] = _transform(
+                    mi, self.look.spot_light(camera.target).matrix
+                )
         parameters.update()
         shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
 

@@ -1,4 +1,5 @@
-"""Where in the photo's place a person may walk: the floor that the picture shows, and a way that stays on it and in the picture."""
+"""Where in the photo's place a person may walk: the floor that the picture shows, and a way that
+stays on it and in the picture."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ _SIDE = 240
 _STOOD = 0.4
 """The ground so far around the feet in the photo is floor, metres."""
 _AROUND = 1.0
-"""The ground so far around them is floor unless its colours say otherwise, metres; what is farther is none unless they do."""
+"""The ground so far around them is floor unless its colours say otherwise, metres; what is farther
+is none unless they do."""
 _FARTHEST = 15.0
 """Ground farther from the camera than this is not walked on, metres."""
 _WIDTH = 0.3
@@ -31,7 +33,8 @@ _CURVES = np.array([0.0, 0.35, -0.35, 0.7, -0.7, 1.1, -1.1, 1.7, -1.7])
 _SHORTER = np.array([1.0, 0.6, 0.3, 0.1])
 """Shares of the way that are tried: less of it is walked on the spot."""
 _COSTS = (0.02, 0.08, 1.0)
-"""What a radian of turn, a radian a metre and a way that is wholly left out cost, beside frames that are not allowed, which cost 10 together."""
+"""What a radian of turn, a radian a metre and a way that is wholly left out cost, beside frames
+that are not allowed, which cost 10 together."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +44,8 @@ class Spot(Record):
     Attributes
     ----------
     turn : float
-        By how much it is turned about the vertical through the root, radians, counter-clockwise seen from above.
+        By how much it is turned about the vertical through the root, radians, counter-clockwise
+        seen from above.
     root, place : tuple of 2 float
         Where the root is in the clip, and where it comes to, x and z, metres, world.
     """
@@ -87,8 +91,8 @@ class Detour:
 def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> BoolArray:
     """Pixels of a picture without the person that show the floor on which they stood.
 
-    What lies above the horizon cannot be ground; the ground around the feet is. Between the two colours decide (GrabCut, OpenCV), and what is joined
-    to the feet is the floor.
+    What lies above the horizon cannot be ground; the ground around the feet is. Between the two
+    colours decide (GrabCut, OpenCV), and what is joined to the feet is the floor.
 
     Parameters
     ----------
@@ -117,16 +121,23 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
         return below
     cv2.setRNGSeed(0)
     colors = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2Lab)
-    cv2.grabCut(colors, labels, None, np.zeros((1, 65)), np.zeros((1, 65)), 5, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(
+        colors, labels, None, np.zeros((1, 65)), np.zeros((1, 65)), 5, cv2.GC_INIT_WITH_MASK
+    )
     floor = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
-    floor = cv2.morphologyEx(cv2.morphologyEx(floor, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8))
+    floor = cv2.morphologyEx(
+        cv2.morphologyEx(floor, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)),
+        cv2.MORPH_CLOSE,
+        np.ones((7, 7), np.uint8),
+    )
     _, names = cv2.connectedComponents(floor)
     joined = np.unique(names[near & (floor > 0)])
     return np.asarray((floor > 0) & np.isin(names, joined[joined > 0]))
 
 
 def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
-    """The ground's x and z (S, S, 2), metres, under the pixels of a picture of `side` pixels, and which of them (S, S) show ground within 15 m."""
+    """The ground's x and z (S, S, 2), metres, under the pixels of a picture of `side` pixels, and
+    which of them (S, S) show ground within 15 m."""
     reach = side / 2 / np.tan(np.radians(camera.fov) / 2)
     at = np.arange(side) + 0.5 - side / 2
     across, down = np.meshgrid(at / reach, at / reach)
@@ -134,13 +145,18 @@ def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
     falls = rays[..., 1] < -1e-6
     far = np.where(falls, camera.origin[1] / np.maximum(-rays[..., 1], 1e-6), np.inf)
     far = np.minimum(far, 1e4)
-    ground = np.stack([camera.origin[0] + far * rays[..., 0], camera.origin[2] + far * rays[..., 2]], axis=-1)
+    ground = np.stack(
+        [camera.origin[0] + far * rays[..., 0], camera.origin[2] + far * rays[..., 2]], axis=-1
+    )
     away = np.linalg.norm(ground - np.array([camera.origin[0], camera.origin[2]]), axis=-1)
     return ground, falls & (away < _FARTHEST)
 
 
-def standing_room(floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], size: int, tall: float) -> Callable[[FloatArray], BoolArray]:
-    """Which places (N, 2), x and z, a person `tall` metres may stand on: on the `floor` (h, h), and wholly in the photo.
+def standing_room(
+    floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], size: int, tall: float
+) -> Callable[[FloatArray], BoolArray]:
+    """Which places (N, 2), x and z, a person `tall` metres may stand on: on the `floor` (h, h), and
+    wholly in the photo.
 
     `frame` is where the photo lies in the picture of `size` pixels (`Place.frame`).
     """
@@ -155,8 +171,15 @@ def standing_room(floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], 
             direct = direct / np.maximum(np.linalg.norm(direct, axis=1, keepdims=True), 1e-9)
             edge = places + aside * direct[:, ::-1] * np.array([1.0, -1.0])
             for height in (0.0, tall):
-                pixels = camera.project(np.stack([edge[:, 0], np.full(len(edge), height), edge[:, 1]], axis=1), side)
-                inside = (pixels[:, 0] >= left) & (pixels[:, 0] <= right) & (pixels[:, 1] >= top) & (pixels[:, 1] <= bottom)
+                pixels = camera.project(
+                    np.stack([edge[:, 0], np.full(len(edge), height), edge[:, 1]], axis=1), side
+                )
+                inside = (
+                    (pixels[:, 0] >= left)
+                    & (pixels[:, 0] <= right)
+                    & (pixels[:, 1] >= top)
+                    & (pixels[:, 1] <= bottom)
+                )
                 good &= np.where(np.isfinite(pixels).all(axis=1), inside, False)
                 if height == 0.0:
                     at = np.clip(np.nan_to_num(pixels, nan=-1.0), 0, side - 1).astype(np.int64)
@@ -166,7 +189,9 @@ def standing_room(floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], 
     return allowed
 
 
-def find_detour(roots: FloatArray, allowed: Callable[[FloatArray], BoolArray], *, fps: float, entering: bool) -> Detour:
+def find_detour(
+    roots: FloatArray, allowed: Callable[[FloatArray], BoolArray], *, fps: float, entering: bool
+) -> Detour:
     """Turn and bend a clip's way as little as needed, so that it stays where it is `allowed`.
 
     Parameters
@@ -177,21 +202,31 @@ def find_detour(roots: FloatArray, allowed: Callable[[FloatArray], BoolArray], *
         Which places (N, 2) are allowed; the one where the clip begins counts as allowed.
     fps : float
     entering : bool
-        The clip begins in the photo's pose: its first frame stays as it is, and the turn comes within .9 s.
+        The clip begins in the photo's pose: its first frame stays as it is, and the turn comes
+        within .9 s.
     """
     roots = np.asarray(roots, np.float64)
     steps = np.diff(roots, axis=0)
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=1))])
-    ramp = smoothstep(np.arange(len(roots)) / fps, 0, _ENTRANCE) if entering else np.ones(len(roots))
+    ramp = (
+        smoothstep(np.arange(len(roots)) / fps, 0, _ENTRANCE) if entering else np.ones(len(roots))
+    )
     best, found = np.inf, None
     for share in _SHORTER:
         for curve in _CURVES:
             for turn in _TURNS:
                 turns = turn * ramp + curve * share * walked
-                places = roots[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(share * _turned(steps, turns[:-1]), axis=0)])
+                places = roots[0] + np.concatenate(
+                    [np.zeros((1, 2)), np.cumsum(share * _turned(steps, turns[:-1]), axis=0)]
+                )
                 home = np.linalg.norm(places - roots[0], axis=1) < _WIDTH
                 good = float((allowed(places) | home).mean())
-                price = 10 * max(0.0, 0.995 - good) + _COSTS[0] * abs(turn) + _COSTS[1] * abs(curve) + _COSTS[2] * (1 - share)
+                price = (
+                    10 * max(0.0, 0.995 - good)
+                    + _COSTS[0] * abs(turn)
+                    + _COSTS[1] * abs(curve)
+                    + _COSTS[2] * (1 - share)
+                )
                 if price < best:
                     best, found = price, (turns, places, good)
         if best < _COSTS[2] * (1 - 0.6):  # no shorter way is cheaper
@@ -202,6 +237,10 @@ def find_detour(roots: FloatArray, allowed: Callable[[FloatArray], BoolArray], *
 
 
 def _turned(steps: FloatArray, turns: FloatArray) -> FloatArray:
-    """Steps (T, 2), x and z, turned about the vertical by (T,) radians, counter-clockwise seen from above."""
+    """Steps (T, 2), x and z, turned about the vertical by (T,) radians, counter-clockwise seen from
+    above."""
     sine, cosine = np.sin(turns), np.cos(turns)
-    return np.stack([cosine * steps[:, 0] + sine * steps[:, 1], -sine * steps[:, 0] + cosine * steps[:, 1]], axis=1)
+    return np.stack(
+        [cosine * steps[:, 0] + sine * steps[:, 1], -sine * steps[:, 0] + cosine * steps[:, 1]],
+        axis=1,
+    )

@@ -1,6 +1,8 @@
-"""The stage: a person's mesh, the ground, a sun and a spot light from above, and a fill light all around.
+"""The stage: a person's mesh, the ground, a sun and a spot light from above, and a fill light all
+around.
 
-Every call into Mitsuba's own names (plugins and their parameters) is in this module and in `renderer`.
+Every call into Mitsuba's own names (plugins and their parameters) is in this module and in
+`renderer`.
 """
 
 from __future__ import annotations
@@ -22,26 +24,28 @@ Triple = tuple[float, float, float]
 FINEST = 0.05
 """Width of the finest patches of a mottled ground, metres: four texels."""
 
+
 @dataclass(frozen=True, kw_only=True)
 class LookSettings(Record):
     """Lights, ground and background.
 
-    Directions are world axes (y up, the person faces +z, its left is +x). Irradiance is given over pi: 1 makes
-    a white surface that faces the light exactly white.
+    Directions are world axes (y up, the person faces +z, its left is +x). Irradiance is given over
+    pi: 1 makes a white surface that faces the light exactly white.
 
     Attributes
     ----------
     background : tuple of 3 float
-        sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill light).
-        The ground's albedo follows from it: far from the spot light's pool, lit ground has just the
-        backdrop's colour, so the horizon dissolves.
+        sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill
+        light). The ground's albedo follows from it: far from the spot light's pool, lit ground has
+        just the backdrop's colour, so the horizon dissolves.
     zenith : tuple of 3 float or None
-        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's colour, it goes over into this one.
-        None: the background's all around.
+        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's colour, it
+        goes over into this one. None: the background's all around.
     haze : float
         How quickly: the sine of the elevation at which 63 % of the way is gone.
     ground : tuple of 3 float or None
-        sRGB reflectance of the ground near the origin, which goes over into the dissolving one towards `ground_radius`. None: that one.
+        sRGB reflectance of the ground near the origin, which goes over into the dissolving one
+        towards `ground_radius`. None: that one.
     sun : tuple of 3 float
         Irradiance over pi (linear RGB) of the directional light on a surface that faces it.
     sun_direction : tuple of 3 float
@@ -51,21 +55,25 @@ class LookSettings(Record):
     spot : tuple of 3 float
         Irradiance over pi (linear RGB) of the spot light at the character.
     spot_position : tuple of 3 float
-        Where it hangs relative to the point on the ground under the camera's target, metres: it follows the character.
+        Where it hangs relative to the point on the ground under the camera's target, metres: it
+        follows the character.
     spot_radius : float
         Radius of its disk, metres: the softness of its shadows.
     grid : float
-        Distance of the lines on the ground, metres, which show that the character travels; 0: no lines.
+        Distance of the lines on the ground, metres, which show that the character travels; 0: no
+        lines.
     grid_contrast : float
         How much darker the lines are than the ground.
     mottle : float
-        Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of its albedo; 0: none.
+        Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of
+        its albedo; 0: none.
     mottle_size : float
         Width of its largest patches, metres; the finest are `FINEST`.
     ground_radius : float
         Half the side of the ground, metres; the lines fade towards it.
     gloss : bool
-        Skin and eyes shine, and light goes softly round skin (`a2v.rendering.matter`); else all is matt.
+        Skin and eyes shine, and light goes softly round skin (`a2v.rendering.matter`); else all is
+        matt.
     bounces : int
         Path length: 1 light from lamps only, 2 light once reflected.
     """
@@ -89,18 +97,34 @@ class LookSettings(Record):
     bounces: int = 2
 
     def __post_init__(self) -> None:
-        shown = np.array([self.background, self.zenith or self.background, self.ground or self.background])
+        shown = np.array(
+            [self.background, self.zenith or self.background, self.ground or self.background]
+        )
         colors = np.concatenate([shown, [self.sun, self.spot]])
         if not np.isfinite(colors).all() or colors.min() < 0 or shown.max() > 1:
-            raise InputError("light must be finite and not negative, and background, zenith and ground sRGB in [0, 1]")
+            raise InputError(
+                "light must be finite and not negative, and background, zenith and ground sRGB in [0, 1]"
+            )
         if not 0.01 <= self.haze <= 10:
             raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
         if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
-            raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
+            raise InputError(
+                "the sun and the spot light must be above the ground; give their y a positive value"
+            )
         if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
-            raise InputError(f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m to ground_radius")
-        if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
-            raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
+            raise InputError(
+                f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m to ground_radius"
+            )
+        if (
+            not 0 < self.sun_angle < 45
+            or self.spot_radius <= 0
+            or self.ground_radius <= 0
+            or self.grid < 0
+            or self.bounces < 1
+        ):
+            raise InputError(
+                "expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0"
+            )
 
     @property
     def sun_light(self) -> DiskLight:
@@ -109,7 +133,12 @@ class LookSettings(Record):
 
     def spot_light(self, target: Triple = (0.0, 0.0, 0.0)) -> DiskLight:
         """The spot light that follows `target`, metres (its place on the ground counts)."""
-        return spot_disk(np.array(self.spot_position), self.spot_radius, np.array(self.spot), target=np.array(target))
+        return spot_disk(
+            np.array(self.spot_position),
+            self.spot_radius,
+            np.array(self.spot),
+            target=np.array(target),
+        )
 
     @property
     def fill(self) -> FloatArray:
@@ -117,7 +146,8 @@ class LookSettings(Record):
         return np.asarray(np.maximum(srgb_to_linear(np.array(self.background)), 1e-3))
 
     def sky(self, rise: FloatArray) -> FloatArray:
-        """Linear light (..., 3) of the sky in directions whose sine of elevation is `rise` (...); below the horizon the horizon's."""
+        """Linear light (..., 3) of the sky in directions whose sine of elevation is `rise` (...);
+        below the horizon the horizon's."""
         if self.zenith is None:
             return np.broadcast_to(self.fill, (*np.shape(rise), 3))
         over = 1 - np.exp(-np.maximum(np.asarray(rise), 0) / self.haze)
@@ -125,7 +155,8 @@ class LookSettings(Record):
 
     @property
     def sky_on_ground(self) -> FloatArray:
-        """Irradiance over pi (3,) of the whole sky on open ground: `sky` times twice the sine, integrated over it."""
+        """Irradiance over pi (3,) of the whole sky on open ground: `sky` times twice the sine,
+        integrated over it."""
         if self.zenith is None:
             return self.fill
         low = 2 * (self.haze**2 - np.exp(-1 / self.haze) * (self.haze**2 + self.haze))
@@ -139,7 +170,10 @@ class LookSettings(Record):
     def ground_albedo(self) -> FloatArray:
         """Linear albedo (3,) that makes sunlit open ground as bright as the backdrop."""
         slope = self.sun_direction[1] / float(np.linalg.norm(self.sun_direction))
-        return np.asarray(np.minimum(self.fill / (self.sky_on_ground + slope * np.array(self.sun)), 0.98), np.float32)
+        return np.asarray(
+            np.minimum(self.fill / (self.sky_on_ground + slope * np.array(self.sun)), 0.98),
+            np.float32,
+        )
 
     @property
     def plain_ground(self) -> bool:
@@ -152,20 +186,25 @@ class LookSettings(Record):
         return (self.grid > 0 and self.grid_contrast > 0) or self.mottle > 0
 
     def ground_at(self, place: FloatArray) -> FloatArray:
-        """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in metres."""
+        """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in
+        metres."""
         beyond = self.ground_albedo
         if self.ground is None:
             return np.broadcast_to(beyond, (*place.shape[:-1], 3))
         share = _fade(np.hypot(place[..., 0], place[..., 1]) / self.ground_radius)[..., None]
-        return np.asarray(beyond + share * (srgb_to_linear(np.array(self.ground)) - beyond), np.float32)
+        return np.asarray(
+            beyond + share * (srgb_to_linear(np.array(self.ground)) - beyond), np.float32
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RenderMesh:
-    """A surface cut along its texture seams, with what updates it: Mitsuba keeps one texture coordinate a vertex.
+    """A surface cut along its texture seams, with what updates it: Mitsuba keeps one texture
+    coordinate a vertex.
 
-    `source` (W,) maps its vertices to the surface's, `faces` (F, 3) and `uv` (W, 2) are its own, and `smooth`
-    sums face normals (times area) into vertex normals over coincident vertices, so that seams don't show.
+    `source` (W,) maps its vertices to the surface's, `faces` (F, 3) and `uv` (W, 2) are its own,
+    and `smooth` sums face normals (times area) into vertex normals over coincident vertices, so
+    that seams don't show.
     """
 
     source: IntArray
@@ -177,11 +216,19 @@ class RenderMesh:
 
     def normals(self, vertices: FloatArray) -> FloatArray:
         """Smooth unit normals (W, 3) float32 for the surface's vertices (V, 3)."""
-        one, two, three = (np.asarray(vertices, np.float32)[self.corner_faces[:, k]] for k in range(3))
+        one, two, three = (
+            np.asarray(vertices, np.float32)[self.corner_faces[:, k]] for k in range(3)
+        )
         (ax, ay, az), (bx, by, bz) = (two - one).T, (three - one).T
-        summed = self.smooth @ np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+        summed = self.smooth @ np.stack(
+            [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1
+        )
         length = np.sqrt((summed**2).sum(axis=1, keepdims=True))
-        unit = np.where(length > 1e-20, summed / np.maximum(length, 1e-20), np.array((0.0, 1.0, 0.0), np.float32))
+        unit = np.where(
+            length > 1e-20,
+            summed / np.maximum(length, 1e-20),
+            np.array((0.0, 1.0, 0.0), np.float32),
+        )
         return np.asarray(unit[self.welded[self.source]], np.float32)
 
 
@@ -200,12 +247,19 @@ def render_mesh(surface: Surface) -> RenderMesh:
     _, welded = np.unique(np.asarray(surface.vertices, np.float32), axis=0, return_inverse=True)
     welded = welded.ravel()
     rows, columns = welded[faces].ravel(), np.repeat(np.arange(len(faces)), 3)
-    smooth = csr_matrix((np.ones(rows.size, np.float32), (rows, columns)), shape=(int(welded.max()) + 1, len(faces)))
-    return RenderMesh(source=source, faces=cut, uv=uv, welded=welded, corner_faces=faces, smooth=smooth)
+    smooth = csr_matrix(
+        (np.ones(rows.size, np.float32), (rows, columns)), shape=(int(welded.max()) + 1, len(faces))
+    )
+    return RenderMesh(
+        source=source, faces=cut, uv=uv, welded=welded, corner_faces=faces, smooth=smooth
+    )
 
 
-def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None) -> Any:
-    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colours as the string "surface"."""
+def mesh_object(
+    mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None
+) -> Any:
+    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colours as the string
+    "surface"."""
     textured = mesh.uv is not None and surface.texture is not None
     color: dict[str, Any]
     if textured:
@@ -218,10 +272,20 @@ def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, 
     else:
         color = {"type": "mesh_attribute", "name": "vertex_color"}
     plan = {"type": "diffuse", "reflectance": "surface"} if bsdf is None else bsdf
-    plan = {key: color if isinstance(value, str) and value == "surface" else value for key, value in plan.items()}
+    plan = {
+        key: color if isinstance(value, str) and value == "surface" else value
+        for key, value in plan.items()
+    }
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict({"type": "twosided", "inside": plan})
-    shape = mi.Mesh("person", len(mesh.source), len(mesh.faces), has_vertex_normals=True, has_vertex_texcoords=textured, props=properties)
+    shape = mi.Mesh(
+        "person",
+        len(mesh.source),
+        len(mesh.faces),
+        has_vertex_normals=True,
+        has_vertex_texcoords=textured,
+        props=properties,
+    )
     if not textured:
         shape.add_attribute("vertex_color", 3, srgb_to_linear(surface.colors[mesh.source]).ravel())
     parameters = mi.traverse(shape)
@@ -230,7 +294,9 @@ def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, 
     parameters["vertex_normals"] = mesh.normals(surface.vertices).ravel()
     if mesh.uv is not None and textured:
         # Mitsuba's v grows downwards over a bitmap's rows, Surface.uv's grows upwards
-        parameters["vertex_texcoords"] = np.column_stack([mesh.uv[:, 0], 1 - mesh.uv[:, 1]]).astype(np.float32).ravel()
+        parameters["vertex_texcoords"] = (
+            np.column_stack([mesh.uv[:, 0], 1 - mesh.uv[:, 1]]).astype(np.float32).ravel()
+        )
     parameters.update()
     return shape
 
@@ -238,8 +304,8 @@ def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, 
 def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
     """Ground and lights as a Mitsuba dictionary."""
     transform = mi.ScalarTransform4f
-    # A disk far away is a directional light with soft shadows. (As a bright patch of an environment map it is noisier:
-    # one sample would have to choose between the sun and the sky.)
+    # A disk far away is a directional light with soft shadows. (As a bright patch of an environment
+    # map it is noisier: one sample would have to choose between the sun and the sky.)
     sun, spot = look.sun_light, look.spot_light()
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
     objects: dict[str, Any] = {
@@ -251,12 +317,17 @@ def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
         "horizon": {  # the ground goes on; a hair lower, so that the two never fight for a ray
             "type": "rectangle",
             "to_world": transform().translate([0, -0.002, 0]).rotate([1, 0, 0], -90).scale(100.0),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": look.ground_albedo.tolist()}},
+            "bsdf": {
+                "type": "diffuse",
+                "reflectance": {"type": "rgb", "value": look.ground_albedo.tolist()},
+            },
         },
         "fill": _sky(mi, look),
         "sun": {
             "type": "disk",
-            "to_world": transform().look_at(origin=sun.center.tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(sun.radius),
+            "to_world": transform()
+            .look_at(origin=sun.center.tolist(), target=[0, 0, 0], up=[0, 0, 1])
+            .scale(sun.radius),
             "bsdf": black,
             "light": {"type": "area", "radiance": {"type": "rgb", "value": sun.radiance.tolist()}},
         },
@@ -282,17 +353,26 @@ def _sky(mi: Any, look: LookSettings) -> dict[str, Any]:
 def _ground_texture(mi: Any, look: LookSettings) -> dict[str, Any]:
     if look.plain_ground:
         return {"type": "rgb", "value": look.ground_albedo.tolist()}
-    return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(grid_texture(look))), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(grid_texture(look))),
+        "filter_type": "bilinear",
+        "wrap_mode": "clamp",
+        "raw": False,
+    }
 
 
 def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
-    """Factor (pixels, pixels), rows along z and columns along x, on the ground's albedo: faint lines and irregular lightness, which fade out towards its rim."""
+    """Factor (pixels, pixels), rows along z and columns along x, on the ground's albedo: faint
+    lines and irregular lightness, which fade out towards its rim."""
     if not look.is_patterned:
         return np.ones((pixels, pixels))
     at, pixel = _texels(look, pixels), 2 * look.ground_radius / pixels
     change = look.mottle * _mottle(look, pixels) if look.mottle > 0 else np.zeros((pixels, pixels))
     if look.grid > 0:
-        off = np.abs((at + look.grid / 2) % look.grid - look.grid / 2)  # distance to the nearest line
+        off = np.abs(
+            (at + look.grid / 2) % look.grid - look.grid / 2
+        )  # distance to the nearest line
         line = np.clip(1.25 - off / pixel, 0, 1)
         change = change - look.grid_contrast * np.maximum(line[:, None], line[None, :])
     radius = np.hypot(at[:, None], at[None, :]) / look.ground_radius
@@ -300,7 +380,8 @@ def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
 
 
 def _mottle(look: LookSettings, pixels: int) -> FloatArray:
-    """Noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of `mottle_size` and of halves of it down to `FINEST`."""
+    """Noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of `mottle_size` and
+    of halves of it down to `FINEST`."""
     import cv2
 
     generator, size = np.random.default_rng(0), look.mottle_size
@@ -308,16 +389,25 @@ def _mottle(look: LookSettings, pixels: int) -> FloatArray:
     while size >= FINEST:
         cells = max(2, round(2 * look.ground_radius / size))
         coarse = generator.standard_normal((cells, cells)).astype(np.float32)
-        noise += np.float32(size**0.4) * cv2.resize(coarse, (pixels, pixels), interpolation=cv2.INTER_CUBIC)
+        noise += np.float32(size**0.4) * cv2.resize(
+            coarse, (pixels, pixels), interpolation=cv2.INTER_CUBIC
+        )
         size /= 2
     return np.asarray(np.clip((noise - noise.mean()) / noise.std(), -2.5, 2.5))
 
 
 def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
-    """The ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as Mitsuba lays it over the ground."""
+    """The ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as Mitsuba
+    lays it over the ground."""
     at = _texels(look, pixels).astype(np.float32)
-    place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1) if look.ground is not None else np.zeros((1, 1, 2))
-    return to_bytes(linear_to_srgb(look.ground_at(place) * ground_pattern(look, pixels)[..., None]))[::-1]
+    place = (
+        np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1)
+        if look.ground is not None
+        else np.zeros((1, 1, 2))
+    )
+    return to_bytes(
+        linear_to_srgb(look.ground_at(place) * ground_pattern(look, pixels)[..., None])
+    )[::-1]
 
 
 def _texels(look: LookSettings, pixels: int) -> FloatArray:

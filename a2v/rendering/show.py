@@ -1,5 +1,5 @@
-"""What notebooks show inline: characters and motions to turn, videos to play. One piece of HTML with everything inside, so that JupyterLab,
-VS Code and pages made of notebooks show the same.
+"""What notebooks show inline: characters and motions to turn, videos to play. One piece of HTML
+with everything inside, so that JupyterLab, VS Code and pages made of notebooks show the same.
 """
 
 from __future__ import annotations
@@ -46,7 +46,9 @@ class View:
         return f'<iframe srcdoc="{html.escape(self.page)}" style="{style}" title="a2v" allowfullscreen></iframe>'
 
     def __repr__(self) -> str:
-        return f"View({len(self.page) / 1e6:.1f} MB of HTML; notebooks show it, save(path) writes it)"
+        return (
+            f"View({len(self.page) / 1e6:.1f} MB of HTML; notebooks show it, save(path) writes it)"
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page as a file of its own."""
@@ -67,16 +69,19 @@ def show(
     Parameters
     ----------
     what : Character, Surface, Motion, bytes or path
-        Bytes of a binary glTF or an MP4; the path of one, of a motion (``.bvh``, ``.npz``...), of a page that a2v wrote, or of the
-        folder of `a2v video`. Of a batch of motions the clips stand beside each other.
+        Bytes of a binary glTF or an MP4; the path of one, of a motion (``.bvh``, ``.npz``...), of a
+        page that a2v wrote, or of the folder of `a2v video`. Of a batch of motions the clips stand
+        beside each other.
     clips : mapping, optional
-        What a `Character` does: by name its bone transforms (T, B, 4, 4), world from bone, and frames per second.
+        What a `Character` does: by name its bone transforms (T, B, 4, 4), world from bone, and
+        frames per second.
     height : int
         Pixels.
     title : str
         What stands above it.
     small : bool
-        Of a `Character`: a copy of few triangles and a small texture (`lighter`), about 1.5 MB instead of 9, for notebooks that are kept.
+        Of a `Character`: a copy of few triangles and a small texture (`lighter`), about 1.5 MB
+        instead of 9, for notebooks that are kept.
 
     Raises
     ------
@@ -88,7 +93,9 @@ def show(
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shown.glb"
         if isinstance(what, Character):
-            write_glb(path, lighter(what) if small else what, clips, jpeg_quality=80 if small else 92)
+            write_glb(
+                path, lighter(what) if small else what, clips, jpeg_quality=80 if small else 92
+            )
         elif isinstance(what, Surface):
             write_morph_glb(path, what, what.vertices[None], 1.0)
         elif isinstance(what, Motion):
@@ -98,7 +105,9 @@ def show(
         elif isinstance(what, bytes | bytearray):
             return _show_data(bytes(what), height, title)
         else:
-            raise InputError(f"cannot show {type(what).__name__}; expected a Character, Surface, Motion, bytes of a GLB or MP4, or a path")
+            raise InputError(
+                f"cannot show {type(what).__name__}; expected a Character, Surface, Motion, bytes of a GLB or MP4, or a path"
+            )
         return _show_data(path.read_bytes(), height, title)
 
 
@@ -119,7 +128,10 @@ def _show_data(data: bytes, height: int, title: str) -> View:
     source = f"data:video/mp4;base64,{base64.b64encode(data).decode()}"
     style = "margin:0;height:100vh;background:#c9ced3"
     video = f'<video src="{source}" controls loop muted autoplay playsinline style="width:100%;height:100%;object-fit:contain"></video>'
-    return View(f'<!DOCTYPE html><meta charset="utf-8"><title>{html.escape(title or "a2v")}</title><body style="{style}">{video}', height)
+    return View(
+        f'<!DOCTYPE html><meta charset="utf-8"><title>{html.escape(title or "a2v")}</title><body style="{style}">{video}',
+        height,
+    )
 
 
 def stick_mesh(motion: Motion) -> tuple[Surface, FloatArray]:
@@ -128,28 +140,50 @@ def stick_mesh(motion: Motion) -> tuple[Surface, FloatArray]:
     Returns
     -------
     surface : Surface
-        Of the first frame; bones of the left, the right and the middle have the colours of stick figures.
+        Of the first frame; bones of the left, the right and the middle have the colours of stick
+        figures.
     frames : (T, V, 3) float32
         Vertices of every frame, metres; clips of a batch stand a metre and a half apart.
     """
     from matplotlib.colors import to_rgb
 
     joints = motion.joints.reshape(-1, *motion.joints.shape[-3:]).astype(np.float64)
-    joints = joints + (np.arange(len(joints)) - (len(joints) - 1) / 2)[:, None, None, None] * [1.5, 0.0, 0.0]
+    joints = joints + (np.arange(len(joints)) - (len(joints) - 1) / 2)[:, None, None, None] * [
+        1.5,
+        0.0,
+        0.0,
+    ]
     children = np.flatnonzero(np.asarray(motion.parents) >= 0)
     head, tail = joints[:, :, np.asarray(motion.parents)[children]], joints[:, :, children]
     along = tail - head
     length = np.linalg.norm(along, axis=-1, keepdims=True)
-    aside = np.cross(along, np.where(np.abs(along[..., 1:2]) > 0.9 * length, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
-    aside *= np.clip(0.12 * length, 0.006, 0.03) / np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
+    aside = np.cross(
+        along, np.where(np.abs(along[..., 1:2]) > 0.9 * length, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    )
+    aside *= np.clip(0.12 * length, 0.006, 0.03) / np.maximum(
+        np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9
+    )
     other = np.cross(along / np.maximum(length, 1e-9), aside)
     waist = head + 0.2 * along
-    corners = np.stack([head, waist + aside, waist + other, waist - aside, waist - other, tail], axis=-2)  # (N, T, bones, 6, 3)
+    corners = np.stack(
+        [head, waist + aside, waist + other, waist - aside, waist - other, tail], axis=-2
+    )  # (N, T, bones, 6, 3)
     frames = np.moveaxis(corners, 0, 1).reshape(corners.shape[1], -1, 3).astype(np.float32)
-    one = np.array([[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [5, 1, 2], [5, 2, 3], [5, 3, 4], [5, 4, 1]])
+    one = np.array(
+        [[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [5, 1, 2], [5, 2, 3], [5, 3, 4], [5, 4, 1]]
+    )
     bones = len(joints) * len(children)
     faces = (np.arange(bones)[:, None, None] * 6 + one).reshape(-1, 3).astype(np.int32)
     drawn = StickSettings()
-    colors = {side: to_rgb(name) for side, name in (("left", drawn.left), ("right", drawn.right), ("", drawn.middle))}
-    sides = np.array([colors[split_side(motion.joint_names[child])[0]] for child in children], np.float32)
-    return Surface(vertices=frames[0], faces=faces, colors=np.tile(np.repeat(sides, 6, axis=0), (len(joints), 1))), frames
+    colors = {
+        side: to_rgb(name)
+        for side, name in (("left", drawn.left), ("right", drawn.right), ("", drawn.middle))
+    }
+    sides = np.array(
+        [colors[split_side(motion.joint_names[child])[0]] for child in children], np.float32
+    )
+    return Surface(
+        vertices=frames[0],
+        faces=faces,
+        colors=np.tile(np.repeat(sides, 6, axis=0), (len(joints), 1)),
+    ), frames

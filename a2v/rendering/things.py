@@ -1,4 +1,5 @@
-"""A person and the solids of a scene as one surface, so that they are lit and throw shadows alike."""
+"""A person and the solids of a scene as one surface, so that they are lit and throw shadows
+alike."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ _ROWS = 8
 def with_props(surface: Surface, props: Props) -> Surface:
     """A surface (V vertices) with those of the props behind its own, in their colour.
 
-    The same surface without props. What belongs to the surface alone (its face, its twins) keeps its meaning.
+    The same surface without props. What belongs to the surface alone (its face, its twins) keeps
+    its meaning.
     """
     if not len(props.faces):
         return surface
@@ -34,14 +36,22 @@ def with_props(surface: Surface, props: Props) -> Surface:
         normal_map=None,
         materials=None,
         standing=None,
-        visible=None if surface.visible is None else np.concatenate([surface.visible, np.zeros(count, bool)]),
-        twins=None if surface.twins is None else np.concatenate([surface.twins, np.full(count, -1, surface.twins.dtype)]),
+        visible=None
+        if surface.visible is None
+        else np.concatenate([surface.visible, np.zeros(count, bool)]),
+        twins=None
+        if surface.twins is None
+        else np.concatenate([surface.twins, np.full(count, -1, surface.twins.dtype)]),
     )
     if surface.uv is None or surface.texture is None:
         return made
     height = len(surface.texture)
-    band = np.broadcast_to(to_bytes(np.array(COLOR)), (_ROWS, surface.texture.shape[1], 3)).astype(np.uint8)
+    band = np.broadcast_to(to_bytes(np.array(COLOR)), (_ROWS, surface.texture.shape[1], 3)).astype(
+        np.uint8
+    )
     uv = surface.uv.astype(np.float32).copy()
     uv[..., 1] = (uv[..., 1] * height + _ROWS) / (height + _ROWS)
     plain = np.full((len(props.faces), 3, 2), (0.5, 0.5 * _ROWS / (height + _ROWS)), np.float32)
-    return dataclasses.replace(made, uv=np.concatenate([uv, plain]), texture=np.concatenate([surface.texture, band]))
+    return dataclasses.replace(
+        made, uv=np.concatenate([uv, plain]), texture=np.concatenate([surface.texture, band])
+    )

@@ -1,7 +1,9 @@
-"""Light on the person and on the ground, ray by ray, for chosen pixels: every sample asks the sun, the lamp and one direction of the sky.
+"""Light on the person and on the ground, ray by ray, for chosen pixels: every sample asks the sun,
+the lamp and one direction of the sky.
 
-Mitsuba's path integrator picks one of the lights for a sample; asking all of them costs about the same number of rays and is
-far less noisy, and a list of pixels instead of a picture leaves out what nobody touches. Dr.Jit compiles it once (LLVM only).
+Mitsuba's path integrator picks one of the lights for a sample; asking all of them costs about the
+same number of rays and is far less noisy, and a list of pixels instead of a picture leaves out what
+nobody touches. Dr.Jit compiles it once (LLVM only).
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ _MOST = 1 << 22
 class Traced:
     """Means over the samples of each of N pixels, float32.
 
-    `person` (N,) is the fraction of samples that hit the person, `color` (N, 3) its linear light and `albedo` (N, 3) its reflectance, both times `person`.
+    `person` (N,) is the fraction of samples that hit the person, `color` (N, 3) its linear light
+    and `albedo` (N, 3) its reflectance, both times `person`.
     """
 
     color: FloatArray
@@ -34,67 +37,126 @@ class Traced:
 
 
 class Tracer:
-    """Traces the person in one Mitsuba scene whose lights are the stage's (`a2v.rendering.scene.stage`), and the light on its ground; light once reflected.
+    """Traces the person in one Mitsuba scene whose lights are the stage's
+    (`a2v.rendering.scene.stage`), and the light on its ground; light once reflected.
 
     `matter` (F,) says what the person's faces are (`a2v.rendering.matter`); without it all is matt.
     """
 
-    def __init__(self, mi: Any, scene: Any, person: Any, settings: LookSettings, matter: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        mi: Any,
+        scene: Any,
+        person: Any,
+        settings: LookSettings,
+        matter: FloatArray | None = None,
+    ) -> None:
         self._mi, self._scene, self._person, self._settings = mi, scene, person, settings
         self._matter = None if matter is None else mi.Float(matter.astype(np.float32))
         self._table: Any = None
         # the printed part of the ground; a plain one is one shape with what is beyond
-        self._ground = None if settings.plain_ground else next(shape for shape in scene.shapes() if shape.id() == "ground")
+        self._ground = (
+            None
+            if settings.plain_ground
+            else next(shape for shape in scene.shapes() if shape.id() == "ground")
+        )
 
-    def trace(self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> Traced:
-        """What `pixels` (N,), row * size + column, show of the person; `samples`, an even number, each. They depend on the pixel's place, their number and the seed alone.
+    def trace(
+        self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
+    ) -> Traced:
+        """What `pixels` (N,), row * size + column, show of the person; `samples`, an even number,
+        each. They depend on the pixel's place, their number and the seed alone.
 
         Two samples share one ray to the sky, which costs as much as the rest of a sample.
         """
 
         def light(lanes: _Lanes) -> list[Any]:
-            return self._light(lanes.pair(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera))
+            return self._light(
+                lanes.pair(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera)
+            )
 
         means = self._means(light, pixels, samples // 2, seed) / 2
         return Traced(color=np.maximum(means[:, :3], 0), albedo=means[:, 3:6], person=means[:, 6])
 
-    def covered(self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> FloatArray:
+    def covered(
+        self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int
+    ) -> FloatArray:
         """How much of each pixel shows the person (N,)."""
         import drjit as dr
 
         def seen(lanes: _Lanes) -> list[Any]:
             si = self._scene.ray_intersect_preliminary(lanes.ray(camera, size))
-            return [dr.select(si.is_valid() & (si.shape == self._mi.ShapePtr(self._person)), self._mi.Float(1), 0.0)]
+            return [
+                dr.select(
+                    si.is_valid() & (si.shape == self._mi.ShapePtr(self._person)),
+                    self._mi.Float(1),
+                    0.0,
+                )
+            ]
 
         return self._means(seen, pixels, samples, seed)[:, 0]
 
-    def on_ground(self, pixels: IntArray, steps: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> FloatArray:
-        """Irradiance over pi (N, 3) of the ground, whatever stands before it, means over `steps` (N,) pixels from each of `pixels` (N,) on to the right;
-        NaN where a ray meets no ground."""
+    def on_ground(
+        self,
+        pixels: IntArray,
+        steps: IntArray,
+        samples: int,
+        camera: ViewCamera,
+        size: int,
+        seed: int,
+    ) -> FloatArray:
+        """Irradiance over pi (N, 3) of the ground, whatever stands before it, means over `steps`
+        (N,) pixels from each of `pixels` (N,) on to the right; NaN where a ray meets no ground."""
 
         def light(lanes: _Lanes) -> list[Any]:
-            return self._under(lanes.ray(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera))
+            return self._under(
+                lanes.ray(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera)
+            )
 
         return self._means(light, pixels, samples, seed, steps)
 
     def _means(
-        self, light: Callable[[_Lanes], list[Any]], pixels: IntArray, samples: int, seed: int, steps: IntArray | None = None
+        self,
+        light: Callable[[_Lanes], list[Any]],
+        pixels: IntArray,
+        samples: int,
+        seed: int,
+        steps: IntArray | None = None,
     ) -> FloatArray:
-        """Means (N, K) of the K values that `light` makes of the samples of each pixel, or of so many `steps` (N,) pixels."""
+        """Means (N, K) of the K values that `light` makes of the samples of each pixel, or of so
+        many `steps` (N,) pixels."""
         import drjit as dr
 
-        mi, mask, step, parts = self._mi, (1 << (samples - 1).bit_length()) - 1, max(1, _MOST // samples), []
+        mi, mask, step, parts = (
+            self._mi,
+            (1 << (samples - 1).bit_length()) - 1,
+            max(1, _MOST // samples),
+            [],
+        )
         for at in range(0, len(pixels), step):
             part = pixels[at : at + step]
             count = _whole(mi, samples)
             lane = dr.arange(mi.UInt32, len(part) * samples)
             slot = lane // count
             pixel = dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot)
-            draws = _Draws(mi, lane - slot * count, pixel, _whole(mi, mask), _whole(mi, seed), self._sobol(mi, 2 * mask + 2))
-            width = None if steps is None else dr.gather(mi.Float, mi.Float(steps[at : at + step].astype(np.float32)), slot)
+            draws = _Draws(
+                mi,
+                lane - slot * count,
+                pixel,
+                _whole(mi, mask),
+                _whole(mi, seed),
+                self._sobol(mi, 2 * mask + 2),
+            )
+            width = (
+                None
+                if steps is None
+                else dr.gather(mi.Float, mi.Float(steps[at : at + step].astype(np.float32)), slot)
+            )
             found = light(_Lanes(mi, pixel, width, draws))
             dr.eval(found)
-            parts.append(np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1))
+            parts.append(
+                np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1)
+            )
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
     def _light(self, rays: list[Any], draws: _Draws, lamps: _Lamps) -> list[Any]:
@@ -112,7 +174,9 @@ class Tracer:
             seen.append((hit, si, albedo, normal, made, direct))
         (_, one, _, normal, _, _), (second, two, _, other, _, _) = seen
         where = dr.zeros(mi.SurfaceInteraction3f, dr.width(second))
-        where.p, where.n, facing = (dr.select(second, b, a) for a, b in ((one.p, two.p), (one.n, two.n), (normal, other)))
+        where.p, where.n, facing = (
+            dr.select(second, b, a) for a, b in ((one.p, two.p), (one.n, two.n), (normal, other))
+        )
         around, _, free = self._indirect(where, facing, draws, lamps, seen[0][0] | second)
         sums: list[Any] = [mi.Float(0)] * 7
         for hit, _, albedo, _, made, (light, gloss) in seen:
@@ -120,7 +184,10 @@ class Tracer:
                 way, share = made.mirrored()
                 gloss = gloss + dr.select(free, share * lamps.sky(way), 0.0)
             values = [*((light + around) * albedo + gloss), *albedo, mi.Float(1)]
-            sums = [total + dr.select(hit, value, 0.0) for total, value in zip(sums, values, strict=True)]
+            sums = [
+                total + dr.select(hit, value, 0.0)
+                for total, value in zip(sums, values, strict=True)
+            ]
         return sums
 
     def _under(self, ray: Any, draws: _Draws, lamps: _Lamps) -> list[Any]:
@@ -139,54 +206,77 @@ class Tracer:
         around, _, _ = self._indirect(si, up, draws, lamps, down)
         return [dr.select(down, value, dr.nan) for value in light + around]
 
-    def _direct(self, si: Any, normal: Any, points: list[Any], lamps: _Lamps, hit: Any, made: Hit | None) -> tuple[Any, Any]:
-        """What sun and lamp give, from a point of each: irradiance over pi, and light that is mirrored."""
+    def _direct(
+        self, si: Any, normal: Any, points: list[Any], lamps: _Lamps, hit: Any, made: Hit | None
+    ) -> tuple[Any, Any]:
+        """What sun and lamp give, from a point of each: irradiance over pi, and light that is
+        mirrored."""
         mi = self._mi
         light, gloss = mi.Color3f(0), mi.Color3f(0)
-        for power, lamp, draw in ((self._settings.sun, lamps.sun, points[0]), (self._settings.spot, lamps.spot, points[1])):
+        for power, lamp, draw in (
+            (self._settings.sun, lamps.sun, points[0]),
+            (self._settings.spot, lamps.spot, points[1]),
+        ):
             if max(power) > 0:
                 matt, bright = lamp(self._scene, si, normal, draw, hit, made)
                 light, gloss = light + matt, gloss + bright
         return light, gloss
 
-    def _indirect(self, si: Any, normal: Any, draws: _Draws, lamps: _Lamps, hit: Any) -> tuple[Any, Any, Any]:
-        """Irradiance over pi from the sky and from what it is hidden by, the ray that asked, and where it met nothing."""
+    def _indirect(
+        self, si: Any, normal: Any, draws: _Draws, lamps: _Lamps, hit: Any
+    ) -> tuple[Any, Any, Any]:
+        """Irradiance over pi from the sky and from what it is hidden by, the ray that asked, and
+        where it met nothing."""
         import drjit as dr
 
         mi = self._mi
-        bounce = si.spawn_ray(mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(draws.next())))
+        bounce = si.spawn_ray(
+            mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(draws.next()))
+        )
         met = self._scene.ray_intersect_preliminary(bounce, active=hit)
         free = hit & ~met.is_valid()
         light = dr.select(free, lamps.sky(bounce.d), 0.0)
         if self._settings.bounces > 1:
             second, other, facing, struck = self._struck(met, bounce, hit)
-            light += dr.select(struck, other * lamps.any(self._scene, second, facing, draws.next(), struck), 0.0)
+            light += dr.select(
+                struck, other * lamps.any(self._scene, second, facing, draws.next(), struck), 0.0
+            )
         return light, bounce, free
 
     def _on_person(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any]:
-        """Where a ray met the person, its albedo there, and the shading normal on the side that is seen. The mesh and its material are asked themselves:
-        a call by way of the scene asks all of the scene's kinds of shapes and materials."""
+        """Where a ray met the person, its albedo there, and the shading normal on the side that is
+        seen. The mesh and its material are asked themselves: a call by way of the scene asks all of
+        the scene's kinds of shapes and materials."""
         import drjit as dr
 
         mi = self._mi
-        si = self._person.compute_surface_interaction(ray, met, mi.RayFlags.UV | mi.RayFlags.ShadingFrame, hit)
+        si = self._person.compute_surface_interaction(
+            ray, met, mi.RayFlags.UV | mi.RayFlags.ShadingFrame, hit
+        )
         si.t = met.t
         albedo = self._person.bsdf().eval_diffuse_reflectance(si, hit)
         seen_behind = dr.dot(si.sh_frame.n, ray.d) > 0
         return si, albedo, mi.Vector3f(si.sh_frame.n) * dr.select(seen_behind, -1.0, 1.0)
 
     def _struck(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any, Any]:
-        """As `_on_person`, where a ray met the person or the ground, and whether it did (lamps throw nothing back)."""
+        """As `_on_person`, where a ray met the person or the ground, and whether it did (lamps
+        throw nothing back)."""
         import drjit as dr
 
         mi = self._mi
         body = hit & met.is_valid() & (met.shape == mi.ShapePtr(self._person))
         floor = hit & met.is_valid() & ~body & ~met.shape.is_emitter()
         si, albedo, normal = self._on_person(met, ray, body)
-        up, ground = mi.Vector3f(0, 1, 0), mi.Color3f(*(float(value) for value in self._settings.ground_albedo))
+        up, ground = (
+            mi.Vector3f(0, 1, 0),
+            mi.Color3f(*(float(value) for value in self._settings.ground_albedo)),
+        )
         si.p, si.n = dr.select(floor, ray(met.t), si.p), dr.select(floor, mi.Normal3f(up), si.n)
         if self._ground is not None:
-            near, reach = floor & (met.shape == mi.ShapePtr(self._ground)), 2 * self._settings.ground_radius
+            near, reach = (
+                floor & (met.shape == mi.ShapePtr(self._ground)),
+                2 * self._settings.ground_radius,
+            )
             si.uv = dr.select(near, mi.Point2f(0.5 + si.p.x / reach, 0.5 - si.p.z / reach), si.uv)
             ground = dr.select(near, self._ground.bsdf().eval_diffuse_reflectance(si, near), ground)
         return si, dr.select(floor, ground, albedo), dr.select(floor, up, normal), body | floor
@@ -204,7 +294,8 @@ class Tracer:
 
 
 class _Draws:
-    """Points of Sobol's sequence in the square, scrambled anew for each pixel and each pair of dimensions: stratified within a pixel."""
+    """Points of Sobol's sequence in the square, scrambled anew for each pixel and each pair of
+    dimensions: stratified within a pixel."""
 
     def __init__(self, mi: Any, index: Any, pixel: Any, mask: Any, seed: Any, table: Any) -> None:
         self._mi, self._index, self._mask, self._table = mi, index, mask, table
@@ -229,14 +320,17 @@ class _Draws:
         import drjit as dr
 
         one, two = keys
-        at = index ^ ((two >> 7) & mask)  # another order in every pair of dimensions, or they would go together
+        at = index ^ (
+            (two >> 7) & mask
+        )  # another order in every pair of dimensions, or they would go together
         bits = dr.brev(at) ^ one, dr.gather(self._mi.UInt32, self._table, at) ^ two
         return self._mi.Point2f(*(self._mi.Float(part >> 8) * (1 / (1 << 24)) for part in bits))
 
 
 @dataclass(frozen=True)
 class _Lanes:
-    """The samples of a launch: their pixels, how many of a row they spread over (None: one), and what they draw."""
+    """The samples of a launch: their pixels, how many of a row they spread over (None: one), and
+    what they draw."""
 
     mi: Any
     pixel: Any
@@ -257,8 +351,8 @@ class _Lanes:
 
 @dataclass(frozen=True, kw_only=True)
 class _Lamps:
-    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance squared over cosines;
-    `fill` is the sky's light overhead, `rest` what the horizon's has more."""
+    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance
+    squared over cosines; `fill` is the sky's light overhead, `rest` what the horizon's has more."""
 
     mi: Any
     centre: tuple[Any, Any]
@@ -274,11 +368,20 @@ class _Lamps:
         """The lamp follows the camera's target."""
         lights = (look.sun_light, look.spot_light(camera.target))
         sides = [light.axes * light.radius for light in lights]
-        sides[0][1] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
-        vectors = [vector for light, two in zip(lights, sides, strict=True) for vector in (light.center, *two, light.normal)]
+        sides[0][
+            1
+        ] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
+        vectors = [
+            vector
+            for light, two in zip(lights, sides, strict=True)
+            for vector in (light.center, *two, light.normal)
+        ]
         c, a, b, n, sc, sa, sb, sn = (mi.Vector3f(*_numbers(mi, value)) for value in vectors)
         overhead = look.sky(np.array(np.inf))
-        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*(light.power for light in lights), overhead, look.fill - overhead))
+        sun_power, spot_power, fill, rest = (
+            mi.Color3f(*_numbers(mi, v))
+            for v in (*(light.power for light in lights), overhead, look.fill - overhead)
+        )
         return cls(
             mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
             haze=None if look.zenith is None else _number(mi, -1 / look.haze),
@@ -288,21 +391,37 @@ class _Lamps:
         """Light from the sky in directions `way` (`LookSettings.sky`)."""
         import drjit as dr
 
-        return self.fill if self.haze is None else self.fill + self.rest * dr.exp(dr.maximum(way.y, 0) * self.haze)
+        return (
+            self.fill
+            if self.haze is None
+            else self.fill + self.rest * dr.exp(dr.maximum(way.y, 0) * self.haze)
+        )
 
-    def sun(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None) -> tuple[Any, Any]:
-        """What the sun gives, one sample: irradiance over pi, and light that what is there (`made`) mirrors."""
+    def sun(
+        self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
+    ) -> tuple[Any, Any]:
+        """What the sun gives, one sample: irradiance over pi, and light that what is there (`made`)
+        mirrors."""
         return self._one(0, scene, si, normal, draw, active, made)
 
-    def spot(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None) -> tuple[Any, Any]:
+    def spot(
+        self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
+    ) -> tuple[Any, Any]:
         """What the lamp gives, as `sun`."""
         return self._one(1, scene, si, normal, draw, active, made)
 
-    def _one(self, which: int, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None) -> tuple[Any, Any]:
+    def _one(
+        self, which: int, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None
+    ) -> tuple[Any, Any]:
         import drjit as dr
 
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        way = self.centre[which] + self.across[which][0] * disk.x + self.across[which][1] * disk.y - self.mi.Vector3f(si.p)
+        way = (
+            self.centre[which]
+            + self.across[which][0] * disk.x
+            + self.across[which][1] * disk.y
+            - self.mi.Vector3f(si.p)
+        )
         square = dr.squared_norm(way)
         length = dr.sqrt(square)
         way /= length
@@ -312,14 +431,21 @@ class _Lamps:
         if made is not None:
             ray = made.raised(ray)
         ray.maxt = length * (1 - 1e-3)
-        light = dr.select(active & ~scene.ray_test(ray, active), self.power[which] * (there / square), 0.0)
-        return (light * here, self.mi.Color3f(0)) if made is None else (light * made.falloff(here), light * made.gloss(way, here))
+        light = dr.select(
+            active & ~scene.ray_test(ray, active), self.power[which] * (there / square), 0.0
+        )
+        return (
+            (light * here, self.mi.Color3f(0))
+            if made is None
+            else (light * made.falloff(here), light * made.gloss(way, here))
+        )
 
     def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
         """Irradiance over pi from all three, with one ray to one of them.
 
-        What the three give unhidden is known, so that half of it is taken for sure, and three times what the ray finds more or less than half
-        is added (a control variate): less noise than three times what the ray finds.
+        What the three give unhidden is known, so that half of it is taken for sure, and three times
+        what the ray finds more or less than half is added (a control variate): less noise than
+        three times what the ray finds.
         """
         import drjit as dr
 
@@ -331,15 +457,25 @@ class _Lamps:
         light, reach = self.sky(way), self.mi.Float(1e5)
         total = light
         for which in (0, 1):
-            toward = self.centre[which] + self.across[which][0] * disk.x + self.across[which][1] * disk.y - self.mi.Vector3f(si.p)
+            toward = (
+                self.centre[which]
+                + self.across[which][0] * disk.x
+                + self.across[which][1] * disk.y
+                - self.mi.Vector3f(si.p)
+            )
             square = dr.squared_norm(toward)
             length = dr.sqrt(square)
             toward /= length
             here, there = dr.dot(toward, normal), -dr.dot(toward, self.normal[which])
-            given = dr.select((here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0)
+            given = dr.select(
+                (here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0
+            )
             total = total + given  # not in place: it began as the sky's
             this = chosen == float(which)
-            way, light, reach = (dr.select(this, a, b) for a, b in ((toward, way), (given, light), (length * (1 - 1e-3), reach)))
+            way, light, reach = (
+                dr.select(this, a, b)
+                for a, b in ((toward, way), (given, light), (length * (1 - 1e-3), reach))
+            )
         ray = si.spawn_ray(way)
         ray.maxt = reach
         found = dr.select(scene.ray_test(ray, active), -1.5, 1.5) * light
@@ -353,7 +489,10 @@ def _primary(mi: Any, pixel: Any, at: Any, camera: ViewCamera, size: int) -> Any
     unit = _number(mi, np.tan(np.radians(camera.fov) / 2) / (size / 2))
     right, up, backward = (mi.Vector3f(*_numbers(mi, axis)) for axis in camera.axes)
     u, v = mi.Float(pixel % width) + at.x - half, mi.Float(pixel // width) + at.y - half
-    return mi.Ray3f(mi.Point3f(*_numbers(mi, camera.origin)), dr.normalize(right * (u * unit) - up * (v * unit) - backward))
+    return mi.Ray3f(
+        mi.Point3f(*_numbers(mi, camera.origin)),
+        dr.normalize(right * (u * unit) - up * (v * unit) - backward),
+    )
 
 
 def _number(mi: Any, value: float) -> Any:

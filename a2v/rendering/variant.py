@@ -1,7 +1,8 @@
 """Which Mitsuba variant works on this machine, found without risking the process.
 
-Dr.Jit loads LLVM at run time and *aborts the whole process* on versions it cannot use (15 and 16, what
-Debian 12 offers first). So a child process tries a tiny render, and this process follows only if it lived.
+Dr.Jit loads LLVM at run time and *aborts the whole process* on versions it cannot use (15 and 16,
+what Debian 12 offers first). So a child process tries a tiny render, and this process follows only
+if it lived.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ print("a2v: llvm works")
 def llvm_candidates() -> tuple[str | None, ...]:
     """Paths to try as ``DRJIT_LIBLLVM_PATH``, best first; None: whatever the system finds.
 
-    A path that the user set is the only candidate; otherwise the wheel `karellen-llvm-core`'s library comes
-    before the system's.
+    A path that the user set is the only candidate; otherwise the wheel `karellen-llvm-core`'s
+    library comes before the system's.
     """
     if chosen := os.environ.get("DRJIT_LIBLLVM_PATH"):
         return (chosen,)
@@ -54,19 +55,36 @@ def llvm_candidates() -> tuple[str | None, ...]:
 
 
 def probe_llvm(library: str | None) -> bool:
-    """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the system's)."""
-    environment = {**os.environ, **_kernel_cache(), **({"DRJIT_LIBLLVM_PATH": library} if library else {})}
+    """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the
+    system's)."""
+    environment = {
+        **os.environ,
+        **_kernel_cache(),
+        **({"DRJIT_LIBLLVM_PATH": library} if library else {}),
+    }
     try:
-        child = subprocess.run(python_command(_PROBE), env=environment, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False)
+        child = subprocess.run(
+            python_command(_PROBE),
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=PROBE_SECONDS,
+            check=False,
+        )
     except (OSError, subprocess.TimeoutExpired):
         return False
     return child.returncode == 0 and "a2v: llvm works" in child.stdout
 
 
 def _kernel_cache() -> dict[str, str]:
-    """Where Dr.Jit keeps machine code: with the user's own files, never in a store that others share."""
+    """Where Dr.Jit keeps machine code: with the user's own files, never in a store that others
+    share."""
     folder = user_cache_folder()
-    return {} if folder is None or "DRJIT_CACHE_DIR" in os.environ else {"DRJIT_CACHE_DIR": str(folder / "drjit")}
+    return (
+        {}
+        if folder is None or "DRJIT_CACHE_DIR" in os.environ
+        else {"DRJIT_CACHE_DIR": str(folder / "drjit")}
+    )
 
 
 @functools.cache
@@ -81,8 +99,9 @@ def _working_llvm() -> tuple[bool, str | None]:
 def choose_variant() -> tuple[str, str | None]:
     """The fastest Mitsuba variant that works here, and what to tell the user (None: nothing).
 
-    The first call of a process takes one to a few seconds (a child process renders a 4 x 4 picture); later
-    calls are free. When LLVM works, ``DRJIT_LIBLLVM_PATH`` is set for this process and its children.
+    The first call of a process takes one to a few seconds (a child process renders a 4 x 4
+    picture); later calls are free. When LLVM works, ``DRJIT_LIBLLVM_PATH`` is set for this process
+    and its children.
     """
     works, library = _working_llvm()
     if not works:
@@ -96,7 +115,8 @@ def choose_variant() -> tuple[str, str | None]:
 
 
 def activate(variant: str = "auto", threads: int = 0) -> Any:
-    """Import Mitsuba, select `variant` ("auto": `choose_variant`) and the number of threads (0: all cores).
+    """Import Mitsuba, select `variant` ("auto": `choose_variant`) and the number of threads (0: all
+    cores).
 
     Mitsuba's variant and thread pool belong to the process; calling this again switches them.
 
@@ -106,7 +126,11 @@ def activate(variant: str = "auto", threads: int = 0) -> Any:
     """
     if variant == "auto":
         variant, _ = choose_variant()
-    elif variant.startswith("llvm") and "DRJIT_LIBLLVM_PATH" not in os.environ and (paths := llvm_candidates())[0]:
+    elif (
+        variant.startswith("llvm")
+        and "DRJIT_LIBLLVM_PATH" not in os.environ
+        and (paths := llvm_candidates())[0]
+    ):
         os.environ["DRJIT_LIBLLVM_PATH"] = str(paths[0])
     os.environ.update(_kernel_cache())
     import drjit
@@ -114,7 +138,9 @@ def activate(variant: str = "auto", threads: int = 0) -> Any:
 
     if mitsuba.variant() != variant:
         mitsuba.set_variant(variant)
-        mitsuba.set_log_level(mitsuba.LogLevel.Error)  # it warns at every render that 8 samples are rounded up to 9
+        mitsuba.set_log_level(
+            mitsuba.LogLevel.Error
+        )  # it warns at every render that 8 samples are rounded up to 9
     wanted = threads or core_count()
     if drjit.thread_count() != wanted:
         drjit.set_thread_count(wanted)

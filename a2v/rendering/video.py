@@ -20,7 +20,8 @@ from a2v.types import ByteArray
 
 @dataclass(frozen=True, kw_only=True)
 class VideoInfo:
-    """What `probe_video` reads: sizes in pixels, frames a second, the codec's and the pixel format's names."""
+    """What `probe_video` reads: sizes in pixels, frames a second, the codec's and the pixel
+    format's names."""
 
     width: int
     height: int
@@ -31,8 +32,9 @@ class VideoInfo:
 
 
 _SAME_BITS = {"threads": "1", "x264-params": "asm=SSE2"}
-"""With AVX-512, x264's macroblock tree reads memory that nobody wrote where the width is no multiple of 128: the same frames give other bytes from
-run to run. SSE2 is what every x86-64 has; it takes the same time here, and gives the same bytes on all of them."""
+"""With AVX-512, x264's macroblock tree reads memory that nobody wrote where the width is no
+multiple of 128: the same frames give other bytes from run to run. SSE2 is what every x86-64 has; it
+takes the same time here, and gives the same bytes on all of them."""
 
 
 def _checked(frames: Iterable[ByteArray]) -> Iterator[ByteArray]:
@@ -40,24 +42,37 @@ def _checked(frames: Iterable[ByteArray]) -> Iterator[ByteArray]:
     shape: tuple[int, ...] | None = None
     for index, frame in enumerate(frames):
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
-            raise InputError(f"frame {index} has shape {frame.shape} and type {frame.dtype}; expected (height, width, 3) uint8")
+            raise InputError(
+                f"frame {index} has shape {frame.shape} and type {frame.dtype}; expected (height, width, 3) uint8"
+            )
         if shape is not None and frame.shape != shape:
-            raise InputError(f"frame {index} is {frame.shape[1]} x {frame.shape[0]} pixels; the first is {shape[1]} x {shape[0]}")
+            raise InputError(
+                f"frame {index} is {frame.shape[1]} x {frame.shape[0]} pixels; the first is {shape[1]} x {shape[0]}"
+            )
         shape = frame.shape
         yield frame
     if shape is None:
         raise InputError("no frames to write; render at least one")
 
 
-def write_video(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, crf: int = 17, preset: str = "veryfast") -> None:
-    """Write H.264 (yuv420p, BT.709, index in front: plays while it loads) atomically; the same frames give the same bytes.
+def write_video(
+    path: str | os.PathLike[str],
+    frames: Iterable[ByteArray],
+    fps: float,
+    *,
+    crf: int = 17,
+    preset: str = "veryfast",
+) -> None:
+    """Write H.264 (yuv420p, BT.709, index in front: plays while it loads) atomically; the same
+    frames give the same bytes.
 
     Parameters
     ----------
     path
         Ends in ``.mp4``.
     frames : iterable of (H, W, 3) uint8
-        sRGB, all of one size. An odd width or height gets its last column or row repeated, because yuv420p needs even ones.
+        sRGB, all of one size. An odd width or height gets its last column or row repeated, because
+        yuv420p needs even ones.
     fps : float
         Frames per second.
     crf : int
@@ -76,21 +91,38 @@ def write_video(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: 
         raise InputError(f"fps is {fps}; expected a positive number")
     if Path(path).suffix.lower() != ".mp4":
         raise InputError(f"{path} does not end in .mp4")
-    with atomic_path(path) as temporary, av.open(str(temporary), "w", options={"movflags": "+faststart"}) as container:
+    with (
+        atomic_path(path) as temporary,
+        av.open(str(temporary), "w", options={"movflags": "+faststart"}) as container,
+    ):
         rate = Fraction(fps).limit_denominator(1001)
-        stream = container.add_stream("libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_SAME_BITS})
+        stream = container.add_stream(
+            "libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_SAME_BITS}
+        )
         stream.pix_fmt = "yuv420p"
         context = stream.codec_context
         started = False
         for image in _checked(frames):
-            even = np.pad(image, ((0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)), mode="edge")
+            even = np.pad(
+                image, ((0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)), mode="edge"
+            )
             if not started:
                 stream.height, stream.width = even.shape[:2]
                 # without these tags players guess the matrix by picture size, and colours shift
-                context.color_primaries, context.color_trc, context.colorspace, context.color_range = 1, 1, 1, 1
+                (
+                    context.color_primaries,
+                    context.color_trc,
+                    context.colorspace,
+                    context.color_range,
+                ) = 1, 1, 1, 1
                 started = True
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
-            frame = frame.reformat(format="yuv420p", src_colorspace="itu709", dst_colorspace="itu709", dst_color_range="MPEG")
+            frame = frame.reformat(
+                format="yuv420p",
+                src_colorspace="itu709",
+                dst_colorspace="itu709",
+                dst_color_range="MPEG",
+            )
             for packet in stream.encode(frame):
                 container.mux(packet)
         for packet in stream.encode():
@@ -111,7 +143,8 @@ def read_video(path: str | os.PathLike[str]) -> Iterator[ByteArray]:
 
 
 def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
-    """Size, number of frames (counted by decoding), speed and codec of a video; raises as `read_video`."""
+    """Size, number of frames (counted by decoding), speed and codec of a video; raises as
+    `read_video`."""
     with _opened(path) as container:
         stream = container.streams.video[0]
         frames = sum(1 for _ in container.decode(stream))
@@ -138,8 +171,11 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
         raise InputError(f"{path} is not a readable video ({error})") from error
 
 
-def write_gif(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, colors: int = 128) -> None:
-    """Write a looping GIF with one palette of `colors` for all frames (no flicker of dithered flats), atomically.
+def write_gif(
+    path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, colors: int = 128
+) -> None:
+    """Write a looping GIF with one palette of `colors` for all frames (no flicker of dithered
+    flats), atomically.
 
     `path`, `frames` and `fps` and what is raised: as for `write_video`.
     """
@@ -153,20 +189,37 @@ def write_gif(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: fl
     _save_animation(path, indexed, fps, ".gif", {"disposal": 1, "optimize": False})
 
 
-def write_webp(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, quality: int = 60) -> None:
-    """Write a looping animated WebP of a `quality` from 0 to 100, atomically; several times smaller than a GIF.
+def write_webp(
+    path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, quality: int = 60
+) -> None:
+    """Write a looping animated WebP of a `quality` from 0 to 100, atomically; several times smaller
+    than a GIF.
 
     `path`, `frames` and `fps` and what is raised: as for `write_video`.
     """
     _save_animation(path, _pictures(frames), fps, ".webp", {"quality": quality, "method": 4})
 
 
-_RUNGS = ((1.0, 1), (0.75, 1), (0.75, 2), (0.5, 2), (0.375, 2), (0.375, 3), (0.25, 3), (0.25, 4), (0.18, 4), (0.12, 6))
+_RUNGS = (
+    (1.0, 1),
+    (0.75, 1),
+    (0.75, 2),
+    (0.5, 2),
+    (0.375, 2),
+    (0.375, 3),
+    (0.25, 3),
+    (0.25, 4),
+    (0.18, 4),
+    (0.12, 6),
+)
 """Size and every how-manieth frame that `write_within` tries, each smaller than the one before."""
 
 
-def write_within(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, megabytes: float) -> None:
-    """Write a ``.gif`` or ``.webp`` of at most `megabytes` (of 10^6 bytes): smaller and with fewer frames a second as far as it must.
+def write_within(
+    path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, megabytes: float
+) -> None:
+    """Write a ``.gif`` or ``.webp`` of at most `megabytes` (of 10^6 bytes): smaller and with fewer
+    frames a second as far as it must.
 
     `path`, `frames` and `fps`: as for `write_video`; the clip keeps its length.
 
@@ -186,18 +239,30 @@ def write_within(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps:
     for scale, step in _RUNGS:
         if scale**2 / step > allowed:
             continue
-        size = max(1, round(pictures[0].shape[1] * scale)), max(1, round(pictures[0].shape[0] * scale))
-        few = [np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8) for one in pictures[::step]]
+        size = (
+            max(1, round(pictures[0].shape[1] * scale)),
+            max(1, round(pictures[0].shape[0] * scale)),
+        )
+        few = [
+            np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8)
+            for one in pictures[::step]
+        ]
         with tempfile.TemporaryDirectory() as folder:
             made = Path(folder) / f"made{suffix}"
-            (write_gif if suffix == ".gif" else write_webp)(made, few, fps * len(few) / len(pictures))
+            (write_gif if suffix == ".gif" else write_webp)(
+                made, few, fps * len(few) / len(pictures)
+            )
             needed = made.stat().st_size
             if needed <= limit:
                 with atomic_path(path) as temporary:
                     temporary.write_bytes(made.read_bytes())
                 return
-        allowed = 1.3 * scale**2 / step * limit / needed  # no need to try what is sure to be too large
-    raise InputError(f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or smaller video")
+        allowed = (
+            1.3 * scale**2 / step * limit / needed
+        )  # no need to try what is sure to be too large
+    raise InputError(
+        f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or smaller video"
+    )
 
 
 def _pictures(frames: Iterable[ByteArray]) -> list[Any]:
@@ -206,14 +271,28 @@ def _pictures(frames: Iterable[ByteArray]) -> list[Any]:
     return [Image.fromarray(frame) for frame in _checked(frames)]
 
 
-def _save_animation(path: str | os.PathLike[str], pictures: list[Any], fps: float, suffix: str, options: dict[str, object]) -> None:
+def _save_animation(
+    path: str | os.PathLike[str],
+    pictures: list[Any],
+    fps: float,
+    suffix: str,
+    options: dict[str, object],
+) -> None:
     if not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps is {fps}; expected a positive number")
     if Path(path).suffix.lower() != suffix:
         raise InputError(f"{path} does not end in {suffix}")
-    # both formats count whole milliseconds (GIF: centiseconds); rounding the times of the frames' ends keeps the clip's length
+    # both formats count whole milliseconds (GIF: centiseconds); rounding the times of the frames'
+    # ends keeps the clip's length
     unit = 10 if suffix == ".gif" else 1
     ends = np.rint(np.arange(1, len(pictures) + 1) * 1000 / fps / unit).astype(int) * unit
     durations = [int(value) for value in np.diff(ends, prepend=0)]
     with atomic_path(path) as temporary:
-        pictures[0].save(temporary, save_all=True, append_images=pictures[1:], duration=durations, loop=0, **options)
+        pictures[0].save(
+            temporary,
+            save_all=True,
+            append_images=pictures[1:],
+            duration=durations,
+            loop=0,
+            **options,
+        )

@@ -1,8 +1,11 @@
-"""Where the photo's camera stood: how steeply it saw the ground, how far away and how high it was, and what it makes of the person.
+"""Where the photo's camera stood: how steeply it saw the ground, how far away and how high it was,
+and what it makes of the person.
 
-The person was reconstructed as an orthographic camera sees, upright, depth measured over the floor (`a2v.lab.studio.solid.PhotoFrame`). In that
-frame flat ground falls towards the camera by the tangent of the angle at which the camera sees it, and soles lie on the ground: the slope
-of the soles tells height over distance. How far away the camera was only the focal length in the file can tell, else what is usual.
+The person was reconstructed as an orthographic camera sees, upright, depth measured over the floor
+(`a2v.lab.studio.solid.PhotoFrame`). In that frame flat ground falls towards the camera by the
+tangent of the angle at which the camera sees it, and soles lie on the ground: the slope of the
+soles tells height over distance. How far away the camera was only the focal length in the file can
+tell, else what is usual.
 """
 
 from __future__ import annotations
@@ -23,10 +26,12 @@ DISTANCE = (3.8, 0.45)
 """Usual distance of such a camera, metres, and the spread of its logarithm."""
 
 TOLD = 0.15
-"""Spread of the logarithm of a distance that follows from the focal length in the file: photos are cropped."""
+"""Spread of the logarithm of a distance that follows from the focal length in the file: photos are
+cropped."""
 
 SLOPE = 0.13
-"""Standard deviation of the slope of reconstructed soles about the ground's (docs/research/rendering.md)."""
+"""Standard deviation of the slope of reconstructed soles about the ground's
+(docs/research/rendering.md)."""
 
 _DOWN = -0.6
 """Largest y of a sole's normals."""
@@ -54,7 +59,8 @@ class Viewpoint:
 
 
 def soles_slope(surface: Surface, feet: Sequence[BoolArray]) -> float | None:
-    """How far soles fall towards the camera, metres a metre; None where none is flat or they are too short to tell.
+    """How far soles fall towards the camera, metres a metre; None where none is flat or they are
+    too short to tell.
 
     Parameters
     ----------
@@ -77,7 +83,8 @@ def soles_slope(surface: Surface, feet: Sequence[BoolArray]) -> float | None:
 
 
 def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoint:
-    """The likeliest viewpoint, where height and distance are as usual, soles lie on the ground and the file may tell the focal length.
+    """The likeliest viewpoint, where height and distance are as usual, soles lie on the ground and
+    the file may tell the focal length.
 
     Parameters
     ----------
@@ -86,8 +93,12 @@ def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoi
     told : float or None
         Distance by the file's focal length, metres (`told_distance`).
     """
-    tangent, far = np.meshgrid(np.linspace(0.02, 0.9, 177), np.geomspace(1.5, 20, 131), indexing="ij")
-    cost = (np.log(far * tangent / HEIGHT[0]) / HEIGHT[1]) ** 2 + (np.log(far / DISTANCE[0]) / DISTANCE[1]) ** 2
+    tangent, far = np.meshgrid(
+        np.linspace(0.02, 0.9, 177), np.geomspace(1.5, 20, 131), indexing="ij"
+    )
+    cost = (np.log(far * tangent / HEIGHT[0]) / HEIGHT[1]) ** 2 + (
+        np.log(far / DISTANCE[0]) / DISTANCE[1]
+    ) ** 2
     if slope is not None:
         cost = cost + ((tangent - slope) / SLOPE) ** 2
     if told is not None:
@@ -97,14 +108,20 @@ def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoi
 
 
 def told_distance(focal: float, subject: Subject, camera: OrthographicCamera) -> float:
-    """How far away, metres, a camera of `focal` (mm, as for 35 mm film) was, by how large the person is in the photo."""
+    """How far away, metres, a camera of `focal` (mm, as for 35 mm film) was, by how large the
+    person is in the photo."""
     return focal / _FILM * math.hypot(*subject.photo_size) / _scale(subject, camera)
 
 
 def perspective_camera(
-    subject: Subject, camera: OrthographicCamera, vertices: FloatArray, offset: FloatArray, viewpoint: Viewpoint
+    subject: Subject,
+    camera: OrthographicCamera,
+    vertices: FloatArray,
+    offset: FloatArray,
+    viewpoint: Viewpoint,
 ) -> tuple[ViewCamera, FloatArray]:
-    """The photo's camera in the world, and what moves the person's vertices to where it sees them as the photo does.
+    """The photo's camera in the world, and what moves the person's vertices to where it sees them
+    as the photo does.
 
     Parameters
     ----------
@@ -114,7 +131,8 @@ def perspective_camera(
     vertices : (V, 3)
         The person in the frame of `camera`.
     offset : (3,)
-        From that frame to the world, where the root is over the origin (`a2v.animation.photo_to_world`).
+        From that frame to the world, where the root is over the origin
+        (`a2v.animation.photo_to_world`).
     viewpoint : Viewpoint
 
     Returns
@@ -127,18 +145,24 @@ def perspective_camera(
     pixels = _in_square(subject, camera, vertices)
     side = max(subject.photo_size)
     world = vertices + offset
-    over = world[:, 1] + viewpoint.slope * world[:, 2]  # in this frame the ground falls towards the camera
+    over = (
+        world[:, 1] + viewpoint.slope * world[:, 2]
+    )  # in this frame the ground falls towards the camera
     low = over < over.min() + 0.02
     toward = world[:, 2] - float(world[low, 2].mean())
     distance = max(viewpoint.distance, float(toward.max()) + _CLOSE)
     away = distance - toward  # over the floor
     middle, feet = float(pixels[:, 1].min() + pixels[:, 1].max()) / 2, float(pixels[low, 1].mean())
     focal = _scale(subject, camera) * distance
-    for _ in range(4):  # pitch by the feet's place in the photo, focal length by the person's size there
+    for _ in range(
+        4
+    ):  # pitch by the feet's place in the photo, focal length by the person's size there
         pitch = float(np.arctan(viewpoint.slope) - np.arctan((feet - side / 2) / focal))
         ray = np.arctan((middle - side / 2) / focal)
         focal = _scale(subject, camera) * distance * float(np.cos(ray) / np.cos(pitch + ray))
-    down = np.tan(pitch + np.arctan((pixels[:, 1] - side / 2) / focal))  # of the rays, a metre over the floor
+    down = np.tan(
+        pitch + np.arctan((pixels[:, 1] - side / 2) / focal)
+    )  # of the rays, a metre over the floor
     depth = away * (np.cos(pitch) + np.sin(pitch) * down)
     aside = (pixels[:, 0] - side / 2) / focal * depth
     height = float((away * down).max())
@@ -167,13 +191,16 @@ def _in_square(subject: Subject, camera: OrthographicCamera, points: FloatArray)
 
 
 NEAR = 0.3
-"""So far from the photo's pose and place, metres (root mean square over the vertices), what `perspective_camera` moves has faded to a third."""
+"""So far from the photo's pose and place, metres (root mean square over the vertices), what
+`perspective_camera` moves has faded to a third."""
 
 
 def as_seen(vertices: FloatArray, start: FloatArray, moved: FloatArray) -> FloatArray:
-    """Vertices (V, 3) of a frame, moved as `perspective_camera` says as far as they are those of the photo's pose and place, `start` (V, 3).
+    """Vertices (V, 3) of a frame, moved as `perspective_camera` says as far as they are those of
+    the photo's pose and place, `start` (V, 3).
 
-    Then the first frame of a clip out of the photo is the photo's, and what goes on from there stands on flat ground.
+    Then the first frame of a clip out of the photo is the photo's, and what goes on from there
+    stands on flat ground.
     """
     away = float(np.sqrt(((vertices - start) ** 2).sum(axis=1).mean()))
     return np.asarray(vertices + np.exp(-((away / NEAR) ** 2)) * moved, np.float32)

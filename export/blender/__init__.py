@@ -1,6 +1,8 @@
-"""Blender extension: *File > Import > a2v character* and *Add > a2v person*. Imports nothing of a2v: it runs the installed command.
+"""Blender extension: *File > Import > a2v character* and *Add > a2v person*. Imports nothing of
+a2v: it runs the installed command.
 
-No ``from __future__ import annotations`` here: Blender reads the annotations of operators as properties.
+No ``from __future__ import annotations`` here: Blender reads the annotations of operators as
+properties.
 """
 
 import json
@@ -19,25 +21,33 @@ SHAPE = "a2v bone"
 
 
 def bone_shape() -> Any:
-    """The wire that bones are drawn as: a ring around the bone's middle, a line along it; one object for all characters."""
+    """The wire that bones are drawn as: a ring around the bone's middle, a line along it; one
+    object for all characters."""
     known = bpy.data.objects.get(SHAPE)
     if known is not None:
         return known
     turns = [2 * math.pi * step / 16 for step in range(16)]
     ring = [(0.25 * math.cos(turn), 0.5, 0.25 * math.sin(turn)) for turn in turns]
     mesh = bpy.data.meshes.new(SHAPE)
-    mesh.from_pydata([*ring, (0, 0, 0), (0, 1, 0)], [*((step, (step + 1) % 16) for step in range(16)), (16, 17)], [])
+    mesh.from_pydata(
+        [*ring, (0, 0, 0), (0, 1, 0)],
+        [*((step, (step + 1) % 16) for step in range(16)), (16, 17)],
+        [],
+    )
     shape = bpy.data.objects.new(SHAPE, mesh)
     shape.use_fake_user = True  # it stands in no scene
     return shape
 
 
 def import_character(context: Any, path: str) -> Any:
-    """Import a GLB of a2v: bones drawn as rings, each clip an action that is kept, the first one playing; gives the armature."""
+    """Import a GLB of a2v: bones drawn as rings, each clip an action that is kept, the first one
+    playing; gives the armature."""
     before = set(bpy.data.objects)
     actions = set(bpy.data.actions)
     bpy.ops.import_scene.gltf(filepath=path, disable_bone_shape=True)
-    armature = next(item for item in bpy.data.objects if item not in before and item.type == "ARMATURE")
+    armature = next(
+        item for item in bpy.data.objects if item not in before and item.type == "ARMATURE"
+    )
     shape = bone_shape()
     for bone in armature.pose.bones:
         bone.custom_shape = shape
@@ -58,7 +68,10 @@ def _play(context: Any, armature: Any, action: Any) -> None:
     armature.animation_data.action = action
     if getattr(action, "slots", None):  # Blender 4.4 and later
         armature.animation_data.action_slot = action.slots[0]
-    context.scene.frame_start, context.scene.frame_end = math.floor(action.frame_range[0]), math.ceil(action.frame_range[1])
+    context.scene.frame_start, context.scene.frame_end = (
+        math.floor(action.frame_range[0]),
+        math.ceil(action.frame_range[1]),
+    )
 
 
 class Making:
@@ -67,7 +80,20 @@ class Making:
     def __init__(self, command: str, photo: str, actions: str, rig: str) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="a2v-")
         self.path = Path(self._folder.name) / "person.glb"
-        words = [command, "character", "--photo", photo, "--actions", actions, "--rig", rig, "--out", str(self.path), "--json", "--quiet"]
+        words = [
+            command,
+            "character",
+            "--photo",
+            photo,
+            "--actions",
+            actions,
+            "--rig",
+            rig,
+            "--out",
+            str(self.path),
+            "--json",
+            "--quiet",
+        ]
         self._said = open(Path(self._folder.name) / "said.json", "w+", encoding="utf-8")  # noqa: SIM115 - open until the program ends
         self._program = subprocess.Popen(words, stdout=self._said, stderr=subprocess.DEVNULL)
 
@@ -86,7 +112,10 @@ class Making:
                 return None, answer["error"]
             return import_character(context, answer["files"][0]), ""
         except (ValueError, KeyError, IndexError):
-            return None, f"a2v ended with code {self._program.returncode} and said nothing that is understood"
+            return (
+                None,
+                f"a2v ended with code {self._program.returncode} and said nothing that is understood",
+            )
         finally:
             self._said.close()
             self._folder.cleanup()
@@ -119,7 +148,9 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
     bl_options = {"REGISTER"}  # noqa: RUF012
     filename_ext = ""
     filter_glob: bpy.props.StringProperty(default="*.jpg;*.jpeg;*.png;*.webp", options={"HIDDEN"})  # type: ignore[valid-type]
-    actions: bpy.props.StringProperty(name="Actions", default="Walk", description="with commas: Walk,Jump")  # type: ignore[valid-type]
+    actions: bpy.props.StringProperty(  # type: ignore[valid-type]
+        name="Actions", default="Walk", description="with commas: Walk,Jump"
+    )
     rig: bpy.props.EnumProperty(name="Rig", items=[(name, name, "") for name in RIGS])  # type: ignore[valid-type]
     wait: bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"})  # type: ignore[valid-type]
 
@@ -127,12 +158,18 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
         """Start a2v; the person appears when it is done."""
         command = _command(context)
         if command is None:
-            self.report({"ERROR"}, "a2v is not installed; install it (README), or name its program in the extension's preferences")
+            self.report(
+                {"ERROR"},
+                "a2v is not installed; install it (README), or name its program in the extension's preferences",
+            )
             return {"CANCELLED"}
         try:
             making = Making(command, self.filepath, self.actions, self.rig)
         except OSError as error:
-            self.report({"ERROR"}, f"{command} cannot be run: {error.strerror}; name the program in the extension's preferences")
+            self.report(
+                {"ERROR"},
+                f"{command} cannot be run: {error.strerror}; name the program in the extension's preferences",
+            )
             return {"CANCELLED"}
         if self.wait:
             _, problem = making.result(context)
@@ -152,7 +189,9 @@ def _look_after(making: Making) -> float | None:
     context.workspace.status_text_set(None)
     _, problem = making.result(context)
     if problem:
-        context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=problem), title="a2v", icon="ERROR")
+        context.window_manager.popup_menu(
+            lambda menu, _: menu.layout.label(text=problem), title="a2v", icon="ERROR"
+        )
     return None
 
 
@@ -160,7 +199,9 @@ class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
     """Where a2v is."""
 
     bl_idname = __package__ or __name__
-    command: bpy.props.StringProperty(name="Program a2v", subtype="FILE_PATH", description="empty: the one on the PATH")  # type: ignore[valid-type]
+    command: bpy.props.StringProperty(  # type: ignore[valid-type]
+        name="Program a2v", subtype="FILE_PATH", description="empty: the one on the PATH"
+    )
 
     def draw(self, _: Any) -> None:
         """Show the one setting."""
@@ -169,7 +210,9 @@ class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
 
 def _command(context: Any) -> str | None:
     addon = context.preferences.addons.get(__package__ or __name__)
-    chosen = addon.preferences.command if addon is not None and addon.preferences is not None else ""
+    chosen = (
+        addon.preferences.command if addon is not None and addon.preferences is not None else ""
+    )
     return bpy.path.abspath(chosen) if chosen else shutil.which("a2v")
 
 

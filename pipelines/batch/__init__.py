@@ -1,1 +1,2 @@
-"""Many videos at once: reading the jobs, doing them on workers that may die, and the tables of what came out."""
+"""Many videos at once: reading the jobs, doing them on workers that may die, and the tables of what
+came out."""

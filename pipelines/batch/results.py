@@ -1,7 +1,8 @@
-"""What a batch leaves in its folder: a folder a job with the record of it, one CSV and one page of all.
+"""What a batch leaves in its folder: a folder a job with the record of it, one CSV and one page of
+all.
 
-A job's folder and record are named by what was asked for, and the tables are made of the records that are there. So two batches may use one
-folder at once.
+A job's folder and record are named by what was asked for, and the tables are made of the records
+that are there. So two batches may use one folder at once.
 """
 
 from __future__ import annotations
@@ -49,7 +50,9 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
     if not result.problem:
         video = job.tasks[-1]
         outcome = Outcome(result.values, {}, result.seconds, result.peak_memory, store)
-        written = write_results(outcome, folder, video.parameters["render"].views, edit=video.parameters["edit"])
+        written = write_results(
+            outcome, folder, video.parameters["render"].views, edit=video.parameters["edit"]
+        )
         written.append(write_blob(outcome, result.values["thumbnail"], folder / THUMBNAIL))
     row, request = job.row, job.row.request
     record = {
@@ -70,25 +73,34 @@ def read_record(folder: Path) -> dict[str, Any] | None:
         record = json.loads(read_bytes(folder / RECORD, limit=_MAX_RECORD_BYTES))
     except (A2VError, ValueError, RecursionError):
         return None
-    good = isinstance(record, dict) and record.get("folder") == folder.name and record.get("status") in ("done", "failed")
+    good = (
+        isinstance(record, dict)
+        and record.get("folder") == folder.name
+        and record.get("status") in ("done", "failed")
+    )
     return record if good and isinstance(record.get("files"), dict) else None
 
 
 def is_over(out: Path, job: Job, *, retry_failed: bool) -> bool:
-    """Whether nothing is left to do: its files are there as they were written by today's code, or it has failed before."""
+    """Whether nothing is left to do: its files are there as they were written by today's code, or
+    it has failed before."""
     record = read_record(out / job.name)
     if record is None or record.get("key") != (job.tasks[-1].key if job.tasks else ""):
         return False
     if record["status"] == "failed":
         return not retry_failed
     try:
-        return all((out / job.name / Path(name).name).stat().st_size == size for name, size in record["files"].items())
+        return all(
+            (out / job.name / Path(name).name).stat().st_size == size
+            for name, size in record["files"].items()
+        )
     except (OSError, ValueError):  # ValueError: a name with a zero byte
         return False
 
 
 def write_tables(out: Path) -> dict[str, int]:
-    """Write ``results.csv`` and ``index.html`` of all records in the folder; returns how many have which status."""
+    """Write ``results.csv`` and ``index.html`` of all records in the folder; returns how many have
+    which status."""
     rows = sorted(_records(out), key=lambda record: (record["status"] == "done", record["folder"]))
     plain_rows = [{name: _cell(record.get(name, "")) for name in _COLUMNS} for record in rows]
     if rows:
@@ -107,7 +119,11 @@ def _records(out: Path) -> Iterator[dict[str, Any]]:
 
 def _cell(value: object) -> object:
     """A value that spreadsheets do not take for a formula."""
-    return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r") else value
+    return (
+        f"'{value}"
+        if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r")
+        else value
+    )
 
 
 _STYLE = """body{font:14px system-ui,sans-serif;margin:2em;color:#222;background:#fafafa}table{border-collapse:collapse;width:100%}
@@ -145,5 +161,8 @@ def _line(record: Mapping[str, Any]) -> str:
     if record["status"] == "failed":
         return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'
     picture = f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" height="96" alt=""></a>'
-    links = " ".join(f'<a href="{folder}/{name}">{name}</a>' for name in ("video.mp4", "character.glb", "motion.bvh"))
+    links = " ".join(
+        f'<a href="{folder}/{name}">{name}</a>'
+        for name in ("video.mp4", "character.glb", "motion.bvh")
+    )
     return f"<tr><td>{picture}</td>{cells}<td>{links}</td></tr>"

@@ -1,7 +1,7 @@
 """A file of jobs, CSV or YAML, as rows of checked options.
 
-A row names a photo and what to do; every column is an option of ``a2v video`` by the same name, and an empty cell leaves it as the command
-line has it. Relative paths are relative to the jobs file.
+A row names a photo and what to do; every column is an option of ``a2v video`` by the same name, and
+an empty cell leaves it as the command line has it. Relative paths are relative to the jobs file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,15 @@ MAX_CELL = 4096
 """Characters of a cell."""
 _POSES = ("start_pose", "end_pose")
 """Cells that name a file and its frames, as ``FILE#12``."""
-_CHECKPOINTS = ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture", "fit.model", "implicit.weights")
+_CHECKPOINTS = (
+    "pifuhd",
+    "pifu_geometry",
+    "pifu_color",
+    "pamir_geometry",
+    "pamir_texture",
+    "fit.model",
+    "implicit.weights",
+)
 _MAYBE_FILES = (*MAYBE_FILES, *_POSES, *_CHECKPOINTS)
 """Cells that may name a file or a folder."""
 
@@ -65,7 +73,8 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     Raises
     ------
     InputError
-        The file cannot be read, is neither CSV nor YAML, or has unknown columns or too many rows. A single bad cell is its row's `problem`.
+        The file cannot be read, is neither CSV nor YAML, or has unknown columns or too many rows. A
+        single bad cell is its row's `problem`.
     """
     source = Path(path)
     data = read_bytes(source, limit=MAX_FILE_BYTES)
@@ -75,9 +84,13 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
         raise InputError(f"{source} is no UTF-8 text ({error.reason}); save it as UTF-8") from None
     if source.suffix.lower() not in (".csv", ".yaml", ".yml"):
         raise InputError(f"cannot read jobs from {source}; expected a .csv or .yaml file")
-    rows = list(_csv_rows(text, source) if source.suffix.lower() == ".csv" else _yaml_rows(data, source))
+    rows = list(
+        _csv_rows(text, source) if source.suffix.lower() == ".csv" else _yaml_rows(data, source)
+    )
     if not rows:
-        raise InputError(f"{source} names no jobs; expected a row for every video, with at least the columns photo and action")
+        raise InputError(
+            f"{source} names no jobs; expected a row for every video, with at least the columns photo and action"
+        )
     known = {"name", *names()}
     if unknown := sorted({name for row in rows for name in row} - known):
         shown = sorted(name for name in known if "." not in name)
@@ -92,7 +105,9 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         reader = csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
         names = [_plain(name) for name in reader.fieldnames or ()]
         if len(set(names)) < len(names):
-            raise InputError(f"{source} names a column twice; expected every name once in its first line")
+            raise InputError(
+                f"{source} names a column twice; expected every name once in its first line"
+            )
         reader.fieldnames = names
         for number, row in enumerate(reader, 1):
             _check_count(number, source)
@@ -100,7 +115,11 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
                 raise InputError(
                     f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas"
                 )
-            given = {name: value.strip() for name, value in row.items() if value is not None and value.strip()}
+            given = {
+                name: value.strip()
+                for name, value in row.items()
+                if value is not None and value.strip()
+            }
             if given:
                 yield dict(given)
     except csv.Error as error:
@@ -108,13 +127,19 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
 
 
 def _yaml_rows(data: bytes, source: Path) -> Iterator[dict[str, object]]:
-    content = parse_yaml(data, source, "readable YAML", "a list of jobs, or the same as .csv where they are many")
+    content = parse_yaml(
+        data, source, "readable YAML", "a list of jobs, or the same as .csv where they are many"
+    )
     if not isinstance(content, list):
-        raise InputError(f"{source} holds {shorten(content, 60)}; expected a list of jobs, each with photo and action")
+        raise InputError(
+            f"{source} holds {shorten(content, 60)}; expected a list of jobs, each with photo and action"
+        )
     for number, given in enumerate(content, 1):
         _check_count(number, source)
         if not isinstance(given, dict):
-            raise InputError(f"job {number} of {source} is {shorten(given, 60)}; expected names and values, such as photo: me.jpg")
+            raise InputError(
+                f"job {number} of {source} is {shorten(given, 60)}; expected names and values, such as photo: me.jpg"
+            )
         yield dict(_flat(given))
 
 
@@ -128,10 +153,15 @@ def _plain(name: object) -> str:
 
 
 def _flat(given: Mapping[object, object]) -> Iterator[tuple[str, object]]:
-    """Names and values; those of a stage's settings, which YAML may have as a mapping, as ``fit.height``."""
+    """Names and values; those of a stage's settings, which YAML may have as a mapping, as
+    ``fit.height``."""
     for name, value in given.items():
         if isinstance(value, dict):
-            yield from ((f"{_plain(name)}.{_plain(own)}", one) for own, one in value.items() if one is not None)
+            yield from (
+                (f"{_plain(name)}.{_plain(own)}", one)
+                for own, one in value.items()
+                if one is not None
+            )
         elif value is not None:
             yield _plain(name), value
 
@@ -140,7 +170,9 @@ def _row(number: int, cells: Mapping[str, object], base: Path, given: VideoReque
     try:
         values = {name: _text(name, value) for name, value in cells.items()}
         for name in set(values) & {*FILES, *_MAYBE_FILES}:
-            file, frame, which = values[name].partition("#") if name in _POSES else (values[name], "", "")
+            file, frame, which = (
+                values[name].partition("#") if name in _POSES else (values[name], "", "")
+            )
             beside = base / file
             if name in FILES or beside.exists():
                 values[name] = f"{beside}{frame}{which}"
@@ -149,17 +181,32 @@ def _row(number: int, cells: Mapping[str, object], base: Path, given: VideoReque
         called = values.pop("name", "")
         row = Row(number=number, name=called, request=given.changed(**values))
     except (InputError, OSError, ValueError) as error:
-        return Row(number=number, name=shorten(cells.get("name", ""), 60), request=given, problem=shorten(error, 300))
-    return row if row.request.person.photo else dataclasses.replace(row, problem="no photo given; name one in the column photo")
+        return Row(
+            number=number,
+            name=shorten(cells.get("name", ""), 60),
+            request=given,
+            problem=shorten(error, 300),
+        )
+    return (
+        row
+        if row.request.person.photo
+        else dataclasses.replace(row, problem="no photo given; name one in the column photo")
+    )
 
 
 def _text(name: str, value: object) -> str:
     """A cell of CSV or YAML as text; a YAML list is text with commas."""
-    if isinstance(value, list) and len(value) <= 100 and all(isinstance(item, str) for item in value):
+    if (
+        isinstance(value, list)
+        and len(value) <= 100
+        and all(isinstance(item, str) for item in value)
+    ):
         value = ",".join(value)
     if not isinstance(value, str | int | float):
         raise InputError(f"{name} is {shorten(value, 60)}; expected text or a number")
     text = value if isinstance(value, str) else str(value)
     if len(text) > MAX_CELL or "\0" in text:
-        raise InputError(f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them zero")
+        raise InputError(
+            f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them zero"
+        )
     return text

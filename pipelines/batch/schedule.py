@@ -1,7 +1,9 @@
-"""Tasks on workers that may die: what is ready goes out, what was lost goes out again, and nothing is done twice.
+"""Tasks on workers that may die: what is ready goes out, what was lost goes out again, and nothing
+is done twice.
 
-People come before motions, motions before videos; a task waits for those that make what it shares with others. A local worker that dies takes
-its own task with it and nothing else; a cluster that is lost is joined again.
+People come before motions, motions before videos; a task waits for those that make what it shares
+with others. A local worker that dies takes its own task with it and nothing else; a cluster that is
+lost is joined again.
 """
 
 from __future__ import annotations
@@ -23,9 +25,11 @@ from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions
 
 LOSSES = 6
-"""A task whose worker died this often has failed, unless workers die as readily of whatever they do."""
+"""A task whose worker died this often has failed, unless workers die as readily of whatever they
+do."""
 _CHANCE = 3.0
-"""Times as often as others in the same time in flight that a task may lose its worker beyond `LOSSES`; not oftener than all others together."""
+"""Times as often as others in the same time in flight that a task may lose its worker beyond
+`LOSSES`; not oftener than all others together."""
 WAIT_FOR_CLUSTER = 180.0
 """Seconds within which a lost scheduler has to be there again."""
 _PRIOR: Mapping[Kind, float] = {"person": 25.0, "motion": 1.0, "video": 120.0}
@@ -44,7 +48,8 @@ class Watch:
     workers: int = 1
 
     def take(self, kind: Kind, seconds: float) -> None:
-        """Count a task that is over; one that was recalled took no time and says nothing of the others."""
+        """Count a task that is over; one that was recalled took no time and says nothing of the
+        others."""
         self.left[kind] -= 1
         if seconds:
             self.done[kind] += 1
@@ -52,13 +57,17 @@ class Watch:
 
     def remaining(self) -> float:
         """Seconds to the end, from the mean time of what was computed so far."""
-        each = {kind: self.seconds[kind] / self.done[kind] if self.done[kind] else _PRIOR[kind] for kind in self.left}
+        each = {
+            kind: self.seconds[kind] / self.done[kind] if self.done[kind] else _PRIOR[kind]
+            for kind in self.left
+        }
         return sum(count * each[kind] for kind, count in self.left.items()) / max(self.workers, 1)
 
 
 @dataclass
 class Losses:
-    """Which tasks lost their workers, and whether that is theirs or the machines' fault: by losses in the time that tasks were out."""
+    """Which tasks lost their workers, and whether that is theirs or the machines' fault: by losses
+    in the time that tasks were out."""
 
     lost: Counter[str] = field(default_factory=Counter)
     seconds: dict[str, float] = field(default_factory=lambda: defaultdict(float))
@@ -69,7 +78,8 @@ class Losses:
         self.seconds[key] += seconds
 
     def hopeless(self, key: str) -> bool:
-        """Whether a task has died too often, and much more often than others did in as long a time."""
+        """Whether a task has died too often, and much more often than others did in as long a
+        time."""
         lost, seconds = self.lost[key], self.seconds[key]
         others = self.lost.total() - lost
         expected = others / max(sum(self.seconds.values()) - seconds, 1.0) * seconds
@@ -77,7 +87,8 @@ class Losses:
 
 
 class SeparateWorkers(Executor):
-    """Local processes each in a pool of its own, so that one that dies breaks one call only; started when they are needed."""
+    """Local processes each in a pool of its own, so that one that dies breaks one call only;
+    started when they are needed."""
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
@@ -122,7 +133,15 @@ class Schedule:
     tick : called about once a second with the `Watch`
     """
 
-    def __init__(self, store: Store, running: RunOptions, *, limit: int | None, done: Done, tick: Callable[[Watch], None]) -> None:
+    def __init__(
+        self,
+        store: Store,
+        running: RunOptions,
+        *,
+        limit: int | None,
+        done: Done,
+        tick: Callable[[Watch], None],
+    ) -> None:
         self._store, self._running, self._limit = store, running, limit
         self._done, self._tick = done, tick
         self._waiting: dict[str, list[Task]] = {}
@@ -185,14 +204,19 @@ class Schedule:
                 for future in wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done:
                     self._land(future, flying)
         finally:
-            self._ready.extendleft(reversed(flying.values()))  # lost with the cluster, or interrupted
+            self._ready.extendleft(
+                reversed(flying.values())
+            )  # lost with the cluster, or interrupted
 
     def _land(self, future: Future[Any], flying: dict[Future[Any], Task]) -> None:
         task = flying[future]
         try:
             result: Result = future.result()
         except (CancelledError, Exception) as error:
-            if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in ("KilledWorker", "WorkerCrashedError"):
+            if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in (
+                "KilledWorker",
+                "WorkerCrashedError",
+            ):
                 raise _ClusterLostError(
                     f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there"
                 ) from error
@@ -202,7 +226,9 @@ class Schedule:
                 self._ready.appendleft(task)
                 return
             often = self._losses.lost[task.key]
-            result = Result(problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers")
+            result = Result(
+                problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers"
+            )
         else:
             del flying[future]
             self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=False)
@@ -259,7 +285,9 @@ def _open(running: RunOptions) -> Iterator[tuple[Executor, int]]:
             raise
         pool.shutdown()
         return
-    with open_executor(running.executor, workers=running.workers, address=running.address) as executor:
+    with open_executor(
+        running.executor, workers=running.workers, address=running.address
+    ) as executor:
         yield executor, _size(executor, running)
 
 
@@ -268,5 +296,7 @@ def _size(executor: Executor, running: RunOptions) -> int:
     if running.executor == "serial":
         return 1
     client = getattr(executor, "_client", None)
-    threads = sum(client.ncores().values()) if client is not None else running.workers or cpu_count()
+    threads = (
+        sum(client.ncores().values()) if client is not None else running.workers or cpu_count()
+    )
     return int(threads) + 1 + int(threads) // 4

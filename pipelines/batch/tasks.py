@@ -1,7 +1,7 @@
 """Jobs as tasks for workers: people and motions, which several jobs share, and videos.
 
-A task is a part of the graph for one process. What it gave is remembered as a whole, so that a finished video is recalled by one record and
-not by those of its frames.
+A task is a part of the graph for one process. What it gave is remembered as a whole, so that a
+finished video is recalled by one record and not by those of its frames.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ class Task:
     after : tuple of str
         Keys of the tasks that have to be done before.
     files : dict
-        Stored contents of the files among `parameters`, by digest, for workers that do not see these files.
+        Stored contents of the files among `parameters`, by digest, for workers that do not see
+        these files.
     """
 
     kind: Kind
@@ -109,7 +110,8 @@ class Job:
     ----------
     row : Row
     name : str
-        Its folder: words of the row and digits of all that was asked for, never more than a plain name.
+        Its folder: words of the row and digits of all that was asked for, never more than a plain
+        name.
     tasks : tuple of Task
         Person, motion, video; empty where the row has a problem.
     notes : tuple of str
@@ -146,16 +148,27 @@ class Planner:
             return Job(dataclasses.replace(row, problem=str(error)), folder_name(row, None), ())
         recorded = asked.motion.motion is not None
         digests = {name: self._digest(value) for name, value in parameters.items()}
-        person, motion, video = (self._make(kind, parameters, digests, recorded) for kind in ("person", "motion", "video"))
-        first = self._first_of.setdefault((person.key, motion.key), video.key)  # its poses and cameras serve the others
+        person, motion, video = (
+            self._make(kind, parameters, digests, recorded)
+            for kind in ("person", "motion", "video")
+        )
+        first = self._first_of.setdefault(
+            (person.key, motion.key), video.key
+        )  # its poses and cameras serve the others
         after = (person.key, motion.key, *([first] if first != video.key else []))
-        return Job(row, folder_name(row, digests), (person, motion, dataclasses.replace(video, after=after)), moving.understood)
+        return Job(
+            row,
+            folder_name(row, digests),
+            (person, motion, dataclasses.replace(video, after=after)),
+            moving.understood,
+        )
 
     def _read_person(self, person: PersonRequest) -> Parameters:
         return person.resolve(self._store)
 
     def _moving(self, motion: MotionRequest) -> ResolvedMotion:
-        """A motion's parameters; the model is opened and the action looked up once for all seeds."""
+        """A motion's parameters; the model is opened and the action looked up once for all
+        seeds."""
         known = self._motion(dataclasses.replace(motion, seed=0))
         if "seed" not in known.parameters:
             return known
@@ -171,11 +184,23 @@ class Planner:
             known = self._digests[id(value)] = _Digest.of(value)
         return known
 
-    def _make(self, kind: Kind, parameters: Parameters, digests: Mapping[str, _Digest], recorded: bool) -> Task:
+    def _make(
+        self, kind: Kind, parameters: Parameters, digests: Mapping[str, _Digest], recorded: bool
+    ) -> Task:
         several = "other" in parameters
         own = {name: parameters[name] for name in _inputs(kind, recorded, several)}
-        files = {value.digest: self._stored(value) for value in own.values() if isinstance(value, File) and self._store.remote}
-        return Task(kind, make_key(kind, {name: digests[name] for name in own}, recorded, several), own, recorded, files=files)
+        files = {
+            value.digest: self._stored(value)
+            for value in own.values()
+            if isinstance(value, File) and self._store.remote
+        }
+        return Task(
+            kind,
+            make_key(kind, {name: digests[name] for name in own}, recorded, several),
+            own,
+            recorded,
+            files=files,
+        )
 
     def _stored(self, file: File) -> Ref[Any]:
         if file.digest not in self._files:
@@ -222,7 +247,9 @@ class _Digest:
         return cls(value, str(joblib.hash(known)), repr(known))
 
 
-def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool, several: bool = False) -> str:
+def make_key(
+    kind: Kind, parameters: Mapping[str, _Digest], recorded: bool, several: bool = False
+) -> str:
     """What names a task's result: its nodes' code and its parameters."""
     named = sorted((name, digest.hash) for name, digest in parameters.items())
     return digest_of(repr([kind, _codes(kind, recorded, several), named]).encode())
@@ -231,7 +258,14 @@ def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool, seve
 def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
     """A plain name for a job's folder: words for people, and digits that only equal jobs share."""
     asked = row.request
-    words = [row.name] if row.name else [Path(asked.person.photo).stem, asked.motion.action or Path(asked.motion.motion or "").stem]
+    words = (
+        [row.name]
+        if row.name
+        else [
+            Path(asked.person.photo).stem,
+            asked.motion.action or Path(asked.motion.motion or "").stem,
+        ]
+    )
     text = re.sub(r"[^A-Za-z0-9]+", "-", "-".join(words)).strip("-")[:60] or "job"
     if parameters is None:
         what = repr(plain(dataclasses.replace(row, number=0, problem="")))
@@ -244,7 +278,8 @@ def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
 
 
 def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
-    """Do a task in this process; whatever goes wrong is told in the result, so that an exception always means a lost worker.
+    """Do a task in this process; whatever goes wrong is told in the result, so that an exception
+    always means a lost worker.
 
     Parameters
     ----------
@@ -254,30 +289,57 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
 
     begun = time.perf_counter()
     try:
-        if other := [name for name, digest in likeness.items() if own_likeness().get(name) != digest]:
+        if other := [
+            name for name, digest in likeness.items() if own_likeness().get(name) != digest
+        ]:
             text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"
-            return Result(problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there", strange=True)
+            return Result(
+                problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there",
+                strange=True,
+            )
         if (known := recall(task, store)) is not None:
             return known
         given: dict[str, Any] = {
-            name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()
+            name: _here(value, task, store) if isinstance(value, File) else value
+            for name, value in task.parameters.items()
         }
         with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
-            outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded, "other" in given), store=store, executor="serial", **given)
+            outcome = run(
+                TARGETS[task.kind],
+                graph=steps_of(task.kind, task.recorded, "other" in given),
+                store=store,
+                executor="serial",
+                **given,
+            )
         seconds = time.perf_counter() - begun
         values = {name: outcome.values[name] for name in TARGETS[task.kind]}
         if task.kind == "video":
             values["thumbnail"] = _thumbnail(np.ravel(values["clip"])[0], store)
         facts = {"seconds": seconds, "notes": list(outcome.notes)}
-        store.remember(f"task_{task.kind}", task.key, tuple(values.values()), facts, given=refs_within(task.parameters))
-        return Result(values=values, seconds=seconds, peak_memory=outcome.peak_memory, notes=outcome.notes)
+        store.remember(
+            f"task_{task.kind}",
+            task.key,
+            tuple(values.values()),
+            facts,
+            given=refs_within(task.parameters),
+        )
+        return Result(
+            values=values, seconds=seconds, peak_memory=outcome.peak_memory, notes=outcome.notes
+        )
     except A2VError as error:
         return Result(problem=printable(str(error)), seconds=time.perf_counter() - begun)
     except MemoryError:
-        return Result(problem="the memory was used up; take a smaller --size or fewer --workers", seconds=time.perf_counter() - begun)
+        return Result(
+            problem="the memory was used up; take a smaller --size or fewer --workers",
+            seconds=time.perf_counter() - begun,
+        )
     except Exception as error:
         text = f"a defect of a2v: {type(error).__name__}: {error}"
-        return Result(problem=printable(text[:500]), trace=traceback.format_exc(), seconds=time.perf_counter() - begun)
+        return Result(
+            problem=printable(text[:500]),
+            trace=traceback.format_exc(),
+            seconds=time.perf_counter() - begun,
+        )
 
 
 def recall(task: Task, store: Store) -> Result | None:
@@ -285,7 +347,10 @@ def recall(task: Task, store: Store) -> Result | None:
     known = store.recall(f"task_{task.kind}", task.key)
     if known is None or not isinstance(known[0], tuple) or len(known[0]) != len(GIVEN[task.kind]):
         return None
-    return Result(values=dict(zip(GIVEN[task.kind], known[0], strict=True)), notes=tuple(known[1].get("notes") or ()))
+    return Result(
+        values=dict(zip(GIVEN[task.kind], known[0], strict=True)),
+        notes=tuple(known[1].get("notes") or ()),
+    )
 
 
 def _thumbnail(clip: Ref[Any], store: Store) -> Ref[Any]:
@@ -307,22 +372,36 @@ def _thumbnail(clip: Ref[Any], store: Store) -> Ref[Any]:
 
 @functools.cache
 def own_likeness() -> Mapping[str, str]:
-    """What decides results besides parameters: code of the nodes, shipped weights, versions of packages; digests by what they are of."""
+    """What decides results besides parameters: code of the nodes, shipped weights, versions of
+    packages; digests by what they are of."""
     from pipelines.report import versions
 
-    graphs = [video_graph(recorded=recorded, several=several) for recorded in (False, True) for several in (False, True)]
+    graphs = [
+        video_graph(recorded=recorded, several=several)
+        for recorded in (False, True)
+        for several in (False, True)
+    ]
     steps = {step.node.name: step.node for graph in graphs for step in graph}
     found = {f"the code of {name}": node.code() for name, node in steps.items()}
-    found |= {f"the weights {path.name}": file_digest(path) for path in sorted((*WEIGHTS.glob("*.onnx"), *WEIGHTS.glob("*.npz")))}
-    return found | {f"the version of {name}": version for name, version in versions().items() if name not in ("commit", "a2v")}
+    found |= {
+        f"the weights {path.name}": file_digest(path)
+        for path in sorted((*WEIGHTS.glob("*.onnx"), *WEIGHTS.glob("*.npz")))
+    }
+    return found | {
+        f"the version of {name}": version
+        for name, version in versions().items()
+        if name not in ("commit", "a2v")
+    }
 
 
 def _here(file: File, task: Task, store: Store) -> File:
-    """A file as this machine has it: where it was, among the shipped weights, or out of the store."""
+    """A file as this machine has it: where it was, among the shipped weights, or out of the
+    store."""
     from pipelines.nodes.values import Blob
 
     for path in (Path(file.path), WEIGHTS / Path(file.path).name):
-        # of a mix of models and clips the digest is that of all their files; `own_likeness` has compared the shipped ones
+        # of a mix of models and clips the digest is that of all their files; `own_likeness` has
+        # compared the shipped ones
         if path.is_file() and (path.parent == WEIGHTS or File.of(path) == file):
             return File(str(path), file.digest)
     if file.digest not in task.files:

@@ -1,1 +1,2 @@
-"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) -> Answer``."""
+"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) ->
+Answer``."""

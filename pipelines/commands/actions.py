@@ -30,7 +30,9 @@ class Options:
     """What the command takes."""
 
     model: str = option(MODEL, default=AUTO)
-    licence: str = option("any, or free: without what is for research only", default=LICENCES[0], choices=LICENCES)
+    licence: str = option(
+        "any, or free: without what is for research only", default=LICENCES[0], choices=LICENCES
+    )
     find: str = option("words to look for", default="", metavar="TEXT")
 
 
@@ -38,14 +40,21 @@ def run(options: Options) -> Answer:
     """The names, all of them or those nearest to some words."""
     if options.model not in (AUTO, CLIPS):
         card = open_model(options.model).card
-        found: Sequence[str] = _nearest(Vocabulary.of(card), options.find) if options.find else card.actions
+        found: Sequence[str] = (
+            _nearest(Vocabulary.of(card), options.find) if options.find else card.actions
+        )
         return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
     known = catalog(options.licence, SOURCES if options.model == AUTO else (CLIPS,))
     if options.find:
         found = _nearest(known.vocabulary, options.find)
         return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
-    told = {entry.name: {"theme": entry.theme, "source": entry.sources[0], "licence": entry.licence} for entry in known.entries}
-    return Answer(text=_listed(known), facts={"model": options.model, "actions": list(told), "known": told})
+    told = {
+        entry.name: {"theme": entry.theme, "source": entry.sources[0], "licence": entry.licence}
+        for entry in known.entries
+    }
+    return Answer(
+        text=_listed(known), facts={"model": options.model, "actions": list(told), "known": told}
+    )
 
 
 def _nearest(vocabulary: Vocabulary, text: str) -> list[str]:
@@ -57,5 +66,15 @@ def _listed(known: Catalog) -> str:
     blocks = []
     for theme, entries in known.themes().items():
         width = max(len(entry.name) for entry in entries)
-        blocks.append("\n".join([theme.upper(), *(f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.licence})" for entry in entries)]))
+        blocks.append(
+            "\n".join(
+                [
+                    theme.upper(),
+                    *(
+                        f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.licence})"
+                        for entry in entries
+                    ),
+                ]
+            )
+        )
     return "\n\n".join(blocks)

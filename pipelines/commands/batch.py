@@ -52,7 +52,11 @@ class Options:
     motion: MotionRequest = group(MotionRequest, "the motion")
     film: FilmRequest = group(FilmRequest, "how it is filmed")
     retry_failed: bool = flag("do again what has failed before")
-    limit_memory: str | None = option("begin no job beyond this much memory of all processes, such as 8GB", default=None, metavar="SIZE")
+    limit_memory: str | None = option(
+        "begin no job beyond this much memory of all processes, such as 8GB",
+        default=None,
+        metavar="SIZE",
+    )
     stages: PersonStages = group(PersonStages, "the people")
     running: RunOptions = group(RunOptions, "how it runs")
 
@@ -65,7 +69,11 @@ def run(options: Options) -> Answer:
     store.prepare()
     planner = Planner(store)
     jobs = {job.name: job for job in map(planner.job, rows)}
-    left = {job.name: job for job in jobs.values() if not is_over(out, job, retry_failed=options.retry_failed)}
+    left = {
+        job.name: job
+        for job in jobs.values()
+        if not is_over(out, job, retry_failed=options.retry_failed)
+    }
     with Lasting("videos", len(left), quiet=options.running.quiet) as shown:
         book = _Book(out, store, left.values(), shown)
         for job in left.values():
@@ -81,16 +89,26 @@ def run(options: Options) -> Answer:
         f"{out} holds {counts['done']} videos and {counts['failed']} failures",
         file=sys.stderr,
     )
-    numbers = {"jobs": len(rows), "over_before": len(jobs) - len(left), "made": book.made, "failed": book.failed}
-    return Answer(files=[out / "index.html", out / "results.csv"], text=str(out / "index.html"), facts=numbers)
+    numbers = {
+        "jobs": len(rows),
+        "over_before": len(jobs) - len(left),
+        "made": book.made,
+        "failed": book.failed,
+    }
+    return Answer(
+        files=[out / "index.html", out / "results.csv"], text=str(out / "index.html"), facts=numbers
+    )
 
 
 def _store(cache: str | None) -> Store:
-    """The store; frames and what is made a frame stay with the worker when others are reached by an object store only."""
+    """The store; frames and what is made a frame stay with the worker when others are reached by an
+    object store only."""
     store = Store(cache)
     if store.remote is None:
         return store
-    return Store(store.address, private=[step.node.name for step in video_graph() if "t" in step.axes])
+    return Store(
+        store.address, private=[step.node.name for step in video_graph() if "t" in step.axes]
+    )
 
 
 def _in_order(jobs: Iterable[Job]) -> list[Task]:
@@ -119,14 +137,19 @@ class _Book:
     def close(self, job: Job, result: Result) -> None:
         """Write a job's files and record."""
         write_job(self._out, job, result, self._store)
-        self.made, self.failed = self.made + (not result.problem), self.failed + bool(result.problem)
+        self.made, self.failed = (
+            self.made + (not result.problem),
+            self.failed + bool(result.problem),
+        )
         if result.problem:
             self._shown.say(f"{job.name}: {result.problem}")
 
     def tick(self, watch: Watch) -> None:
         """Show how far it is; write the tables now and then."""
         self._shown.update(
-            self.made + self.failed, watch.remaining(), f"{watch.left['person']} people, {watch.left['motion']} motions left"
+            self.made + self.failed,
+            watch.remaining(),
+            f"{watch.left['person']} people, {watch.left['motion']} motions left",
         )
         if time.monotonic() > self._next:
             begun = time.monotonic()

@@ -29,9 +29,15 @@ _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 class Options:
     """What the command takes."""
 
-    cache: str | None = option("folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+    cache: str | None = option(
+        "folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)",
+        default=None,
+        metavar="FOLDER",
+    )
     trim: str | None = option("keep at most this much, such as 5GB", default=None, metavar="SIZE")
-    forget: str | None = option("remove all that was computed from this photo", default=None, metavar="PHOTO")
+    forget: str | None = option(
+        "remove all that was computed from this photo", default=None, metavar="PHOTO"
+    )
     clear: bool = flag("remove everything")
 
 
@@ -44,7 +50,11 @@ def parse_size(text: str) -> int:
         It is no size.
     """
     found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([KMGT]?B?)\s*", text.upper())
-    unit = found and (found.group(2) if found.group(2).endswith("B") or not found.group(2) else found.group(2) + "B")
+    unit = found and (
+        found.group(2)
+        if found.group(2).endswith("B") or not found.group(2)
+        else found.group(2) + "B"
+    )
     if not found or unit not in _UNITS:
         raise InputError(f"'{text}' is no size; expected a number and a unit, such as 500MB or 5GB")
     return int(float(found.group(1)) * _UNITS[unit])
@@ -56,17 +66,32 @@ def run(options: Options) -> Answer:
 
     store, lines, facts = Store(options.cache), list[str](), dict[str, Any]()
     if options.clear or options.trim is not None:
-        removed = store.trim(0 if options.clear or options.trim is None else parse_size(options.trim), everything=options.clear)
+        removed = store.trim(
+            0 if options.clear or options.trim is None else parse_size(options.trim),
+            everything=options.clear,
+        )
         lines.append(f"removed {removed / 1e6:.1f} MB")
         facts["removed_bytes"] = removed
     if options.forget is not None and not options.clear:
         gone = forget(store, [ref_of(Blob.of(read_bytes(options.forget, limit=MAX_PHOTO_BYTES)))])
-        lines.append(f"forgot {options.forget}: {gone.calls} results, {gone.values} stored values, {gone.bytes / 1e6:.1f} MB")
+        lines.append(
+            f"forgot {options.forget}: {gone.calls} results, {gone.values} stored values, {gone.bytes / 1e6:.1f} MB"
+        )
         if gone.unknown:
-            lines.append(f"  and {gone.unknown} results of an older version of a2v, which do not say which photo they are of")
-        lines.append("  not touched: the photo itself, and what was written to --out folders and pages")
+            lines.append(
+                f"  and {gone.unknown} results of an older version of a2v, which do not say which photo they are of"
+            )
+        lines.append(
+            "  not touched: the photo itself, and what was written to --out folders and pages"
+        )
         facts["forgotten"] = dataclasses.asdict(gone)
     usage = store.usage()
-    lines += [f"store: {store.folder}", *(f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB" for name, (count, size) in usage.items())]
+    lines += [
+        f"store: {store.folder}",
+        *(
+            f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB"
+            for name, (count, size) in usage.items()
+        ),
+    ]
     kept = {name: {"files": count, "bytes": size} for name, (count, size) in usage.items()}
     return Answer(text="\n".join(lines), facts={"store": store.folder, "kept": kept, **facts})

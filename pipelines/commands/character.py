@@ -14,7 +14,13 @@ from a2v.errors import InputError
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_glb, write_morph_glb
 from a2v.formats.gltf.vrm import EDITIONS
-from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
+from a2v.formats.registry import (
+    CHARACTER_FORMATS,
+    readable_motions,
+    suffixes_of,
+    write_character,
+    writer_of,
+)
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character, FloatArray
 from pipelines.answer import Answer
@@ -59,15 +65,23 @@ class Options:
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
     actions: str = option("of the model, with commas; each becomes a clip", default="")
-    motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
+    motions: str = option(
+        f"files with commas ({readable_motions(', ')}); each becomes a clip", default=""
+    )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     carrying: CarryOptions = group(CarryOptions)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions, "files for other tools")
     author: str = option("of a .vrm: who made the avatar", default="")
-    licence_url: str = option("of a .vrm: address of the licence that you grant", default="", metavar="URL")
-    vrm: str = option("of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer", default="1.0", choices=EDITIONS)
+    licence_url: str = option(
+        "of a .vrm: address of the licence that you grant", default="", metavar="URL"
+    )
+    vrm: str = option(
+        "of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer",
+        default="1.0",
+        choices=EDITIONS,
+    )
     deform: DeformSettings = settings(DeformSettings, users=("method",))
     engines: EngineOptions = group(EngineOptions, "files for other tools")
     running: RunOptions = group(RunOptions, "how it runs")
@@ -82,14 +96,28 @@ class Options:
 def run(options: Options) -> Answer:
     """Make the character and its clips."""
     path = Path(options.out)
-    avatar = avatar_of(path, options.rigging, author=options.author, licence_url=options.licence_url, edition=options.vrm)
+    avatar = avatar_of(
+        path,
+        options.rigging,
+        author=options.author,
+        licence_url=options.licence_url,
+        edition=options.vrm,
+    )
     wanted = _wanted(options, path)
     options.engines.check(path)
     motions = {name: options.motion(name, file) for name, file in wanted.items()}
-    animated = animate(options.person, motions, options.running, deform=options.deform if options.exact else None, folder=path.parent)
+    animated = animate(
+        options.person,
+        motions,
+        options.running,
+        deform=options.deform if options.exact else None,
+        folder=path.parent,
+    )
     if options.exact:
         name, written = next(iter(wanted)), [path]
-        write_morph_glb(path, animated.character.surface, animated.exact, animated.clips[name][1], clip=name)
+        write_morph_glb(
+            path, animated.character.surface, animated.exact, animated.clips[name][1], clip=name
+        )
     else:
         written = write_animated(path, animated, options.rigging, options.engines, avatar)
     return Answer(files=written, notes=animated.notes, facts={"clips": list(animated.clips)})
@@ -118,37 +146,70 @@ class Animated:
 
 
 def animate(
-    person: PersonRequest, motions: Mapping[str, MotionRequest], running: RunOptions, *, deform: DeformSettings | None, folder: Path
+    person: PersonRequest,
+    motions: Mapping[str, MotionRequest],
+    running: RunOptions,
+    *,
+    deform: DeformSettings | None,
+    folder: Path,
 ) -> Animated:
-    """The character of a person with clips by name, each as the video has it; with `deform` the exact vertices too.
+    """The character of a person with clips by name, each as the video has it; with `deform` the
+    exact vertices too.
 
     Raises
     ------
     InputError
-        A request that cannot be met, or a `folder` that cannot be written, before anything long runs.
+        A request that cannot be met, or a `folder` that cannot be written, before anything long
+        runs.
     """
     store = Store(running.cache)
     film = FilmRequest() if deform is None else FilmRequest(deform=deform)
-    asked = {name: VideoRequest(person=person, motion=motion, film=film).resolve(store) for name, motion in motions.items()}
+    asked = {
+        name: VideoRequest(person=person, motion=motion, film=film).resolve(store)
+        for name, motion in motions.items()
+    }
     check_writable(folder)
-    clips, expressions, notes = dict[str, tuple[FloatArray, float]](), dict[str, Mapping[str, FloatArray]](), list[str]()
+    clips, expressions, notes = (
+        dict[str, tuple[FloatArray, float]](),
+        dict[str, Mapping[str, FloatArray]](),
+        list[str](),
+    )
     character, exact = None, np.zeros((0, 0, 3), np.float32)
     for name, resolved in asked.items():
-        kept = "engine_character" if deform is None else "character"  # exact vertices are those of the whole character
-        outcome = running.run([kept, "poses", *(["vertices"] if deform else [])], resolved.parameters, graph=resolved.graph)
+        kept = (
+            "engine_character" if deform is None else "character"
+        )  # exact vertices are those of the whole character
+        outcome = running.run(
+            [kept, "poses", *(["vertices"] if deform else [])],
+            resolved.parameters,
+            graph=resolved.graph,
+        )
         character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
         if deform is not None:
-            exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]])
+            exact = np.stack(
+                [store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]]
+            )
         notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
-    return Animated(character=character, clips=clips, expressions=expressions, exact=exact, notes=notes)
+    return Animated(
+        character=character, clips=clips, expressions=expressions, exact=exact, notes=notes
+    )
 
 
-def write_animated(path: Path, animated: Animated, rigging: RigOptions, engines: EngineOptions, avatar: VrmMeta | None) -> list[Path]:
-    """Write a character with its clips, skinned, by the path's suffix; `avatar` is what a ``.vrm`` says about itself."""
+def write_animated(
+    path: Path,
+    animated: Animated,
+    rigging: RigOptions,
+    engines: EngineOptions,
+    avatar: VrmMeta | None,
+) -> list[Path]:
+    """Write a character with its clips, skinned, by the path's suffix; `avatar` is what a ``.vrm``
+    says about itself."""
     if avatar is not None:
-        return write_avatar(path, animated.character, animated.clips, avatar, expressions=animated.expressions)
+        return write_avatar(
+            path, animated.character, animated.clips, avatar, expressions=animated.expressions
+        )
     person, clips = rigging.prepare(animated.character, animated.clips)
     if engines.plain:
         write_character(path, person, clips, FORMATS, expressions=animated.expressions)
@@ -160,7 +221,9 @@ def write_animated(path: Path, animated: Animated, rigging: RigOptions, engines:
     return engines.write(path, person, write)
 
 
-def avatar_of(path: Path, rigging: RigOptions, *, author: str, licence_url: str, edition: str = EDITIONS[0]) -> VrmMeta | None:
+def avatar_of(
+    path: Path, rigging: RigOptions, *, author: str, licence_url: str, edition: str = EDITIONS[0]
+) -> VrmMeta | None:
     """What a ``.vrm`` says about itself; None for other files.
 
     Raises
@@ -181,12 +244,18 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
         if name in wanted:
-            raise InputError(f"clip '{name}' is asked for twice; clips of one file need names of their own")
+            raise InputError(
+                f"clip '{name}' is asked for twice; clips of one file need names of their own"
+            )
         wanted[name] = file
     if not wanted:
-        raise InputError("no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions")
+        raise InputError(
+            "no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions"
+        )
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
-        raise InputError("--exact writes one action to a .glb; leave the others out, or leave --exact out")
+        raise InputError(
+            "--exact writes one action to a .glb; leave the others out, or leave --exact out"
+        )
     if options.exact and not options.rigging.plain:
         raise InputError("--exact has no bones; leave --rig and --root-motion out")
     return wanted

@@ -51,13 +51,22 @@ def command_line() -> argparse.ArgumentParser:
         if parts:
             below = own.add_subparsers()
             for part, module in parts.items():
-                _fill(below.add_parser(part, help=_plain(module.HELP), description=_plain(module.HELP)), module)
+                _fill(
+                    below.add_parser(
+                        part, help=_plain(module.HELP), description=_plain(module.HELP)
+                    ),
+                    module,
+                )
     return parser
 
 
 def _parts(name: str) -> Mapping[str, ModuleType]:
     """The commands ``name part`` by part."""
-    return {own.removeprefix(f"{name} "): load_command(own) for own in every_command() if own.startswith(f"{name} ")}
+    return {
+        own.removeprefix(f"{name} "): load_command(own)
+        for own in every_command()
+        if own.startswith(f"{name} ")
+    }
 
 
 def _fill(parser: argparse.ArgumentParser, command: ModuleType) -> None:

@@ -20,8 +20,14 @@ EXAMPLES = """examples:
 class Options:
     """What the command takes."""
 
-    out: str = option("picture to write; .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg")
-    drawer: str = option("auto: Graphviz' dot where it is installed", default="auto", choices=("auto", "dot", "matplotlib"))
+    out: str = option(
+        "picture to write; .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg"
+    )
+    drawer: str = option(
+        "auto: Graphviz' dot where it is installed",
+        default="auto",
+        choices=("auto", "dot", "matplotlib"),
+    )
 
 
 def run(options: Options) -> Answer:

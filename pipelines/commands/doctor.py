@@ -20,14 +20,27 @@ EXAMPLES = """examples:
 class Options:
     """What the command takes."""
 
-    cache: str | None = option("folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+    cache: str | None = option(
+        "folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)",
+        default=None,
+        metavar="FOLDER",
+    )
 
 
 def run(options: Options) -> Answer:
     """Check everything."""
     checks = list(run_checks(options.cache))
-    lines = [f"{check.status:<8} {check.name:<10} {check.about}" + f"\n{'':<20}-> {check.advice}" * bool(check.advice) for check in checks]
+    lines = [
+        f"{check.status:<8} {check.name:<10} {check.about}"
+        + f"\n{'':<20}-> {check.advice}" * bool(check.advice)
+        for check in checks
+    ]
     failed = [check.name for check in checks if check.status == "fails"]
     error = f"{', '.join(failed)}: a video cannot be made before this works" if failed else ""
     text = "\n".join([*lines, "", error or "a video can be made here"])
-    return Answer(text=text, facts={"checks": checks, "works": not failed}, code=2 if failed else 0, error=error)
+    return Answer(
+        text=text,
+        facts={"checks": checks, "works": not failed},
+        code=2 if failed else 0,
+        error=error,
+    )

@@ -17,7 +17,13 @@ from a2v.io import brief, write_npz
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
-from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.applications import (
+    interpolate,
+    matching_actions,
+    on_skeleton,
+    outpaint,
+    sample_each,
+)
 from a2v.motion.direct import on_feet
 from a2v.motion.edit import Edit, check_speed, edited, retimed
 from a2v.motion.plan import MotionPlan
@@ -30,7 +36,15 @@ from pipelines.inputs import RunOptions, check_writable
 from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
-from pipelines.requests.motion import EditOptions, PlanOptions, WayOptions, open_model, plan_length, read_direction, read_plan
+from pipelines.requests.motion import (
+    EditOptions,
+    PlanOptions,
+    WayOptions,
+    open_model,
+    plan_length,
+    read_direction,
+    read_plan,
+)
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
 HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
@@ -69,22 +83,33 @@ class Options:
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}", default="")
     count: int = option("clips", default=1)
     bone_scale: float | str = option(
-        "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)", default=1.0, metavar="FACTOR"
+        "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)",
+        default=1.0,
+        metavar="FACTOR",
     )
-    bones: str | None = option("motion file (.bvh, .npz) whose bone lengths are taken", default=None, metavar="FILE")
-    start: str | None = option("motion file (.bvh, .npz) whose poses begin every clip", default=None, metavar="FILE")
+    bones: str | None = option(
+        "motion file (.bvh, .npz) whose bone lengths are taken", default=None, metavar="FILE"
+    )
+    start: str | None = option(
+        "motion file (.bvh, .npz) whose poses begin every clip", default=None, metavar="FILE"
+    )
     start_frames: int | None = option("how many of its first poses; all by default", default=None)
     interpolate: int = option("rows between the motions of --seed and --to-seed", default=0)
     to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
     rig: str | None = option(
-        f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG"
+        f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}",
+        default=None,
+        choices=RIGS,
+        metavar="RIG",
     )
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     edits: EditOptions = group(EditOptions)
     paging: PageOptions = group(PageOptions)
     filmed: FilmedOptions = group(FilmedOptions, "out of a video")
     running: RunOptions = group(RunOptions, "how a video is followed")
-    native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
+    native: bool = flag(
+        ".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin"
+    )
 
     def frames_written(self, plan: MotionPlan) -> int:
         """Frames of a clip that is written."""
@@ -93,7 +118,11 @@ class Options:
 
     def length(self, model: MotionModel) -> int:
         """Frames of a clip at the model's own rate."""
-        return frames_needed(self.frames_written(MotionPlan((), (), model)), model.fps * self.edits.speed, self.rate(model))
+        return frames_needed(
+            self.frames_written(MotionPlan((), (), model)),
+            model.fps * self.edits.speed,
+            self.rate(model),
+        )
 
     def rate(self, model: MotionModel) -> float:
         """Frames a second of what is written."""
@@ -111,12 +140,24 @@ MAX_CLIPS = 10_000
 def run(options: Options) -> Answer:
     """Generate."""
     if options.paging.page is not None:
-        others = [item.name for item in fields(options) if item.default is not MISSING and getattr(options, item.name) != item.default]
+        others = [
+            item.name
+            for item in fields(options)
+            if item.default is not MISSING and getattr(options, item.name) != item.default
+        ]
         return write_page(
-            options.paging, options.plan, [*others, *_given(options.way), *([] if options.edits == EditOptions() else ["an edit"])]
+            options.paging,
+            options.plan,
+            [
+                *others,
+                *_given(options.way),
+                *([] if options.edits == EditOptions() else ["an edit"]),
+            ],
         )
     if not options.out or options.paging.character is not None:
-        raise InputError("name the file to write with --out, or a --page (--character is of a page)")
+        raise InputError(
+            "name the file to write with --out, or a --page (--character is of a page)"
+        )
     path = Path(options.out)
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)
@@ -126,13 +167,25 @@ def run(options: Options) -> Answer:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
     check_speed(options.edits.speed)
     if options.filmed.from_video is not None:
-        others = [item.name for item in fields(options) if item.name not in FILMED and getattr(options, item.name) != item.default]
-        made = follow_video(options.filmed, options.plan, options.edits.edit, options.running, [*others, *_given(options.way)])
+        others = [
+            item.name
+            for item in fields(options)
+            if item.name not in FILMED and getattr(options, item.name) != item.default
+        ]
+        made = follow_video(
+            options.filmed,
+            options.plan,
+            options.edits.edit,
+            options.running,
+            [*others, *_given(options.way)],
+        )
         return _written(made, path, rigged, options.edits.edit)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:
-        raise InputError(f"{options.count} clips of {frames} frames; expected at most {MAX_FRAMES:,} frames in all")
+        raise InputError(
+            f"{options.count} clips of {frames} frames; expected at most {MAX_FRAMES:,} frames in all"
+        )
     if options.native:
         content = native(asked, options)
         check_writable(path.parent)
@@ -150,7 +203,12 @@ def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> A
     else:
         motion = edited(made.motion, replace(edit, speed=1.0, in_place=False))
         written = write_rigged_motion(path, motion, rigged, edit)
-    facts = {"action": motion.action, "frames": motion.frames, "fps": float(motion.fps), **made.facts}
+    facts = {
+        "action": motion.action,
+        "frames": motion.frames,
+        "fps": float(motion.fps),
+        **made.facts,
+    }
     return Answer(files=written, notes=made.notes, facts=facts)
 
 
@@ -161,53 +219,88 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
             raise InputError("--root-motion is of a rig; name one with --rig")
         return None
     if path.suffix.lower() != ".bvh" or options.native:
-        raise InputError(f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm")
+        raise InputError(
+            f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm"
+        )
     return RigOptions(rig=options.rig, root_motion=options.root_motion)
 
 
 def _planned(options: Options) -> MotionPlan:
-    """What is asked for; a pattern is for one model alone. Says on standard error what was understood."""
+    """What is asked for; a pattern is for one model alone. Says on standard error what was
+    understood."""
     if any(sign in options.plan.action for sign in "*?"):
         return MotionPlan((), (), open_model(options.plan.model))
     plan = read_plan(options.plan, directed=options.way.given)
     if plan.model is None:
-        alone = [name for name in ("start", "interpolate", "bones", "native") if getattr(options, name)] + _given(options.way)
+        alone = [
+            name for name in ("start", "interpolate", "bones", "native") if getattr(options, name)
+        ] + _given(options.way)
         alone += ["bone_scale"] if options.bone_scale != 1.0 else []
         if alone:
             what = ", ".join(step.action for step in plan.steps)
-            raise InputError(f"{alone[0]} is for what one model makes alone, and {what} are of {', '.join(plan.sources)}; leave it out")
+            raise InputError(
+                f"{alone[0]} is for what one model makes alone, and {what} are of {', '.join(plan.sources)}; leave it out"
+            )
     for line in plan.lines():
         print(line, file=sys.stderr)
     return plan
 
 
 def generate(asked: MotionPlan, options: Options) -> Motion:
-    """The clip or clips that the options ask for, in their tempo and at their rate, before they are edited.
+    """The clip or clips that the options ask for, in their tempo and at their rate, before they are
+    edited.
 
     Raises
     ------
     InputError
-        Options that exclude each other, an unknown action, an unusable file, or a number out of range.
+        Options that exclude each other, an unknown action, an unusable file, or a number out of
+        range.
     """
     alone = [name for name in ("start", "interpolate") if getattr(options, name)]
     alone += ["a pattern"] if "*" in options.plan.action or "?" in options.plan.action else []
     if len(alone) > 1:
         raise InputError(f"give either {' or '.join(alone)}, not both")
-    changed = [name for name, default in (("bone_scale", 1.0), ("bones", None)) if getattr(options, name) != default]
+    changed = [
+        name
+        for name, default in (("bone_scale", 1.0), ("bones", None))
+        if getattr(options, name) != default
+    ]
     if alone and changed:
-        raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
+        raise InputError(
+            f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions"
+        )
     plan, speed, model = options.plan, options.edits.speed, asked.model
     if model is None:
-        return asked.make(Take(frames=options.frames_written(asked), fps=plan.fps, seed=plan.seed, count=options.count), edit=Edit(speed=speed))
+        return asked.make(
+            Take(
+                frames=options.frames_written(asked),
+                fps=plan.fps,
+                seed=plan.seed,
+                count=options.count,
+            ),
+            edit=Edit(speed=speed),
+        )
     if options.way.given or options.way.pace is not None or not alone:
         if alone:
-            raise InputError(f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out")
+            raise InputError(
+                f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out"
+            )
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
-        direction = read_direction(model, asked.steps, options.way, fps=options.rate(model), count=options.count)
-        take = Take(frames=options.frames_written(asked), fps=options.rate(model), seed=plan.seed, count=options.count, lengths=lengths)
+        direction = read_direction(
+            model, asked.steps, options.way, fps=options.rate(model), count=options.count
+        )
+        take = Take(
+            frames=options.frames_written(asked),
+            fps=options.rate(model),
+            seed=plan.seed,
+            count=options.count,
+            lengths=lengths,
+        )
         return asked.make(take, edit=Edit(speed=speed), direction=direction)
-    made = retimed(_application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed)
+    made = retimed(
+        _application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed
+    )
     made = made.first(min(made.frames, options.frames_written(asked)))
     return made if options.native else on_feet(made, model)
 
@@ -216,19 +309,29 @@ def _application(model: MotionModel, steps: Sequence[Step], options: Options, wh
     """The clips of --start, --interpolate or a pattern, at the model's own rate."""
     frames = options.length(model)
     if which == "a pattern":
-        found = [action for name in options.plan.action.split(",")[:MAX_CLIPS] for action in matching_actions(model, name.strip())]
+        found = [
+            action
+            for name in options.plan.action.split(",")[:MAX_CLIPS]
+            for action in matching_actions(model, name.strip())
+        ]
         if len(found) * frames > MAX_FRAMES or len(found) > MAX_CLIPS:
-            raise InputError(f"the patterns match {len(found)} times; expected at most {min(MAX_CLIPS, MAX_FRAMES // frames)} clips")
+            raise InputError(
+                f"the patterns match {len(found)} times; expected at most {min(MAX_CLIPS, MAX_FRAMES // frames)} clips"
+            )
         return sample_each(model, found, frames=frames, seed=options.plan.seed)
     names = [step.action for step in steps]
     if which == "start":
         assert options.start is not None
         start = first_frames(options.start, options.start_frames)
-        return outpaint(model, start, names, frames=frames, count=options.count, seed=options.plan.seed)
+        return outpaint(
+            model, start, names, frames=frames, count=options.count, seed=options.plan.seed
+        )
     if len(names) > 1:
         raise InputError("interpolate goes between two motions of one action; give one --action")
     last = options.plan.seed + 1 if options.to_seed is None else options.to_seed
-    return interpolate(model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames)
+    return interpolate(
+        model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames
+    )
 
 
 def _given(way: WayOptions) -> list[str]:
@@ -246,20 +349,33 @@ def bone_scale(text: float | str) -> float | dict[str, float]:
     try:
         if not isinstance(text, str) or "=" not in text:
             return float(text)
-        return {name.strip(): float(value) for name, value in (part.split("=") for part in text.split(","))}
+        return {
+            name.strip(): float(value)
+            for name, value in (part.split("=") for part in text.split(","))
+        }
     except ValueError:
-        raise InputError(f"bone_scale is '{text}'; expected a number, or names with numbers such as legs=1.3,arms=0.8") from None
+        raise InputError(
+            f"bone_scale is '{text}'; expected a number, or names with numbers such as legs=1.3,arms=0.8"
+        ) from None
 
 
 def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
-    """Bone lengths (J,) in native units of the person in --bones, times --bone-scale; None without that option."""
+    """Bone lengths (J,) in native units of the person in --bones, times --bone-scale; None without
+    that option."""
     if options.bones is None:
         return None
     unit = model.card.metres_per_unit
     person = first_frames(options.bones, None)
-    lengths = bone_lengths(on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton)
+    lengths = bone_lengths(
+        on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton
+    )
     scale: np.ndarray = (
-        np.median(lengths, axis=0) / unit * (model.scaled_bones(bone_scale(options.bone_scale)) / np.maximum(model.bone_lengths, 1e-9))
+        np.median(lengths, axis=0)
+        / unit
+        * (
+            model.scaled_bones(bone_scale(options.bone_scale))
+            / np.maximum(model.bone_lengths, 1e-9)
+        )
     )
     return scale.astype(np.float32)
 
@@ -283,7 +399,8 @@ def first_frames(path: str, frames: int | None) -> Motion:
 
 
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:
-    """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T) and what they mean."""
+    """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T)
+    and what they mean."""
     model = asked.model
     assert model is not None
     names = [model.actions[model.label(step.action)] for step in asked.steps]
@@ -292,7 +409,9 @@ def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     if plain:
         own = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if own is None else own
-        joints = model.sample_native(names[0], frames=frames, count=options.count, seed=options.plan.seed, lengths=lengths)
+        joints = model.sample_native(
+            names[0], frames=frames, count=options.count, seed=options.plan.seed, lengths=lengths
+        )
         joints = joints if options.count > 1 else joints[0]
         labels = np.broadcast_to(model.frame_labels(names, frames), joints.shape[:-2])
         action = names[0]

@@ -31,7 +31,9 @@ class Options:
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("the .glb to write")
-    start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
+    start: str | None = option(
+        "compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE"
+    )
     engines: EngineOptions = group(EngineOptions, "files for other tools")
     running: RunOptions = group(RunOptions, "how it runs")
 
@@ -44,7 +46,9 @@ def run(options: Options) -> Answer:
     options.engines.check(path)
     check_writable(path.parent)
     parameters = options.person.resolve(Store(options.running.cache))
-    outcome = options.running.run("still" if options.engines.plain else "engine_character", parameters, start=options.start)
+    outcome = options.running.run(
+        "still" if options.engines.plain else "engine_character", parameters, start=options.start
+    )
     written = [path]
     if options.engines.plain:
         write_blob(outcome, outcome.values["still"], path)

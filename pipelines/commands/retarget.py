@@ -20,7 +20,14 @@ from a2v.types import FloatArray, Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
 from pipelines.options import flag, group, option, settings
-from pipelines.requests.motion import ACTION, EditOptions, LengthOptions, PlanOptions, plan_length, read_plan
+from pipelines.requests.motion import (
+    ACTION,
+    EditOptions,
+    LengthOptions,
+    PlanOptions,
+    plan_length,
+    read_plan,
+)
 
 HELP = "Give a character of your own actions: its file with further animations."
 EXAMPLES = """examples:
@@ -44,12 +51,18 @@ class Options:
     character: str = option("the file: .glb, .vrm or .fbx, with a skin", metavar="FILE")
     out: str = option("the file to write, of the same kind")
     action: str = option(ACTION, default="")
-    actions: str = option("several of the model, with commas; each becomes an animation", default="")
-    motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes an animation", default="")
+    actions: str = option(
+        "several of the model, with commas; each becomes an animation", default=""
+    )
+    motions: str = option(
+        f"files with commas ({readable_motions(', ')}); each becomes an animation", default=""
+    )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
-    retarget: RetargetSettings = settings(RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "life"))
+    retarget: RetargetSettings = settings(
+        RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "life")
+    )
 
 
 def run(options: Options) -> Answer:
@@ -66,16 +79,25 @@ def run(options: Options) -> Answer:
         return _retarget(options, source, target, wanted, Path(folder))
 
 
-def _retarget(options: Options, source: Path, target: Path, wanted: dict[str, str | None], folder: Path) -> Answer:
+def _retarget(
+    options: Options, source: Path, target: Path, wanted: dict[str, str | None], folder: Path
+) -> Answer:
     """Read, make and write; an FBX goes through a GLB in `folder`."""
     is_fbx = source.suffix.lower() == ".fbx"
     if is_fbx:
         fbx_to_glb(source, folder / "in.glb")
     person = read_person(folder / "in.glb" if is_fbx else source)
-    edit, carried = options.edits.edit, replace(options.retarget, raw=options.raw or options.retarget.raw)
+    edit, carried = (
+        options.edits.edit,
+        replace(options.retarget, raw=options.raw or options.retarget.raw),
+    )
     clips: dict[str, tuple[FloatArray, float]] = {}
     for name, file in wanted.items():
-        motion = _made(options, name, edit) if file is None else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
+        motion = (
+            _made(options, name, edit)
+            if file is None
+            else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
+        )
         clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
     write_person(folder / "out.glb" if is_fbx else target, person, clips)
     if is_fbx:
@@ -85,11 +107,18 @@ def _retarget(options: Options, source: Path, target: Path, wanted: dict[str, st
 
 def _made(options: Options, action: str, edit: Edit) -> Motion:
     """A motion of a model in its tempo, before it is put in place."""
-    shared: dict[str, Any] = {item.name: getattr(options.lengths, item.name) for item in fields(options.lengths)}
+    shared: dict[str, Any] = {
+        item.name: getattr(options.lengths, item.name) for item in fields(options.lengths)
+    }
     plan = read_plan(PlanOptions(action=action, **shared), directed=False)
     for line in plan.lines():
         print(line, file=sys.stderr)
-    length = plan_length(plan, frames=options.lengths.frames, seconds=options.lengths.seconds, fps=options.lengths.fps)
+    length = plan_length(
+        plan,
+        frames=options.lengths.frames,
+        seconds=options.lengths.seconds,
+        fps=options.lengths.fps,
+    )
     take = Take(frames=length, fps=options.lengths.fps, seed=options.lengths.seed)
     made = plan.make(take, edit=Edit(speed=edit.speed))
     return edited(made[0] if made.batch else made, replace(edit, speed=1.0, in_place=False))
@@ -97,11 +126,23 @@ def _made(options: Options, action: str, edit: Edit) -> Motion:
 
 def _wanted(options: Options) -> dict[str, str | None]:
     """The animations to make, by name: None for an action, else a motion file."""
-    asked: list[tuple[str, str | None]] = [(part.strip(), None) for part in (options.action, *options.actions.split(",")) if part.strip()]
-    asked += [(Path(part.strip()).stem, part.strip()) for part in options.motions.split(",") if part.strip()]
+    asked: list[tuple[str, str | None]] = [
+        (part.strip(), None)
+        for part in (options.action, *options.actions.split(","))
+        if part.strip()
+    ]
+    asked += [
+        (Path(part.strip()).stem, part.strip())
+        for part in options.motions.split(",")
+        if part.strip()
+    ]
     names = [name for name, _ in asked]
     if twice := {name for name in names if names.count(name) > 1}:
-        raise InputError(f"'{min(twice)}' is asked for twice; animations of one file need names of their own")
+        raise InputError(
+            f"'{min(twice)}' is asked for twice; animations of one file need names of their own"
+        )
     if not asked:
-        raise InputError("no motion asked for; name one with --action, several with --actions (a2v actions lists them) or files with --motions")
+        raise InputError(
+            "no motion asked for; name one with --action, several with --actions (a2v actions lists them) or files with --motions"
+        )
     return dict(asked)

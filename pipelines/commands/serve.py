@@ -41,11 +41,18 @@ COMPUTE = "from pipelines.commands.serve import compute; compute()"
 class Options:
     """What the command takes."""
 
-    folder: str | None = option("where photos, videos and the queue are kept (default: ~/.local/share/a2v/page)", default=None)
+    folder: str | None = option(
+        "where photos, videos and the queue are kept (default: ~/.local/share/a2v/page)",
+        default=None,
+    )
     port: int = option("of 127.0.0.1; 0 for any that is free", default=PORT)
     browser: bool = flag("open the page in the browser")
     workers: int | None = option("processes; one a core by default", default=None)
-    cache: str | None = option("folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+    cache: str | None = option(
+        "folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)",
+        default=None,
+        metavar="FOLDER",
+    )
 
 
 def run(options: Options) -> Answer:
@@ -66,35 +73,56 @@ def run(options: Options) -> Answer:
         token = _token(folder)
         address = f"http://{LOCAL}:{listener.getsockname()[1]}/{token}/"
 
-        def ready() -> None:  # whoever reads the address may press Ctrl-C: not before that is understood
+        def ready() -> (
+            None
+        ):  # whoever reads the address may press Ctrl-C: not before that is understood
             print(address, flush=True)
             if options.browser:
                 _open(folder, address)
 
-        app = make_app(Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers), token, ready)
+        app = make_app(
+            Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers),
+            token,
+            ready,
+        )
         config = uvicorn.Config(
             app, loop="asyncio", http=protocol(token), ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
             proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=MAX_CONNECTIONS,
         )  # fmt: skip
-        with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):  # the second: interrupted before the loop had begun
+        with contextlib.suppress(
+            KeyboardInterrupt, asyncio.CancelledError
+        ):  # the second: interrupted before the loop had begun
             uvicorn.Server(config).run(sockets=[listener])
     return Answer(text="", facts={"address": address, "folder": folder})
 
 
 def compute() -> None:
-    """Be a child process of the page: videos and files for other tools are made by the commands' own functions."""
+    """Be a child process of the page: videos and files for other tools are made by the commands'
+    own functions."""
     from pipelines.commands import character, video
     from pipelines.engines import EngineOptions
     from pipelines.rigs import RigOptions
     from pipelines.serve.worker import main
 
     def make(request: VideoRequest, out: str, running: RunOptions) -> Answer:
-        return video.run(video.Options(person=request.person, out=out, motion=request.motion, film=request.film, running=running))
+        return video.run(
+            video.Options(
+                person=request.person,
+                out=out,
+                motion=request.motion,
+                film=request.film,
+                running=running,
+            )
+        )
 
-    def write(request: VideoRequest, clip: str, target: Path, rig: str, running: RunOptions) -> list[Path]:
+    def write(
+        request: VideoRequest, clip: str, target: Path, rig: str, running: RunOptions
+    ) -> list[Path]:
         rigging = RigOptions(rig=rig)
         avatar = character.avatar_of(target, rigging, author="", licence_url="")
-        animated = character.animate(request.person, {clip: request.motion}, running, deform=None, folder=target.parent)
+        animated = character.animate(
+            request.person, {clip: request.motion}, running, deform=None, folder=target.parent
+        )
         return character.write_animated(target, animated, rigging, EngineOptions(), avatar)
 
     main(make, write)
@@ -121,7 +149,9 @@ def _only_one(folder: Path) -> Iterator[None]:
     """Hold the folder: two servers would do every job twice."""
     with open(folder / "lock", "a", encoding="utf-8") as stream:
         if not lock(stream.fileno()):
-            raise InputError(f"a page runs on {folder} already; open its address, end it first, or choose another --folder")
+            raise InputError(
+                f"a page runs on {folder} already; open its address, end it first, or choose another --folder"
+            )
         yield
 
 
@@ -136,12 +166,15 @@ def _listening(port: int) -> Iterator[socket.socket]:
             listener.bind((LOCAL, port))
             listener.listen()  # whoever comes before the server is ready waits
         except OSError as error:
-            raise InputError(f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for any") from None
+            raise InputError(
+                f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for any"
+            ) from None
         yield listener
 
 
 def _token(folder: Path) -> str:
-    """The secret of the address, kept with the folder, so that a page that is open goes on after a restart."""
+    """The secret of the address, kept with the folder, so that a page that is open goes on after a
+    restart."""
     path = folder / "token"
     with contextlib.suppress(A2VError, UnicodeDecodeError):
         known = read_bytes(path, limit=1000).decode("ascii").strip()
@@ -154,7 +187,8 @@ def _token(folder: Path) -> str:
 
 
 def _open(folder: Path, address: str) -> None:
-    """Open a browser; by a file that leads to the address, since others may read the names of programs' arguments."""
+    """Open a browser; by a file that leads to the address, since others may read the names of
+    programs' arguments."""
     path = folder / "open.html"
     with atomic_path(path) as temporary:
         temporary.write_text(

@@ -47,10 +47,19 @@ class Options:
     out: str = option("folder for the results")
     motion: MotionRequest = group(MotionRequest, "the motion")
     film: FilmRequest = group(FilmRequest, "how it is filmed")
-    animation: str | None = option("video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True)
-    max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
+    animation: str | None = option(
+        "video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True
+    )
+    max_mb: float = option(
+        "most that it may have, MB: it gets smaller and slower as needed",
+        default=8.0,
+        metavar="MB",
+        rare=True,
+    )
     sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
-    start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
+    start: str | None = option(
+        "compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE"
+    )
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
     rigging: RigOptions = group(RigOptions, "files for other tools")
     running: RunOptions = group(RunOptions, "how it runs")
@@ -67,10 +76,13 @@ def run(options: Options) -> Answer:
 
 
 def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
-    """Make the video; `tell` hears what the words of the action were taken for, before anything long runs."""
+    """Make the video; `tell` hears what the words of the action were taken for, before anything
+    long runs."""
     resolved = options.request.resolve(Store(options.running.cache))
     graph = resolved.graph
-    check_names(graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node")
+    check_names(
+        graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node"
+    )
     if options.only and (options.animation or options.sheet):
         raise InputError("--only writes one stage's result; leave --animation and --sheet out")
     if not options.max_mb > 0:
@@ -87,14 +99,24 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     graph, parameters = resolved.graph, resolved.parameters
     rigged = not options.rigging.plain
     if rigged and options.only:
-        raise InputError("--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out")
+        raise InputError(
+            "--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out"
+        )
     exports = ["engine_character", "poses", "props"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
     targets += ["photo_clip"] if options.film.in_photo and not options.only else []
-    transparent = parameters["render"].background == "transparent" and not options.only  # an MP4 has no alpha channel
-    early = {} if options.only else {"glb": functools.partial(_show_early, out, options.running.quiet)}
+    transparent = (
+        parameters["render"].background == "transparent" and not options.only
+    )  # an MP4 has no alpha channel
+    early = (
+        {} if options.only else {"glb": functools.partial(_show_early, out, options.running.quiet)}
+    )
     outcome = options.running.run(
-        [*targets, *(["frame"] if transparent else [])], parameters, graph=graph, start=options.start, early=early
+        [*targets, *(["frame"] if transparent else [])],
+        parameters,
+        graph=graph,
+        start=options.start,
+        early=early,
     )
     views = parameters["render"].views
     written = (
@@ -103,7 +125,13 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
         else write_results(outcome, out, views, options.rigging, parameters["edit"])
     )
     written += write_node(outcome, "frame", out, views) if transparent else []
-    written += write_shared(out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet) if not options.only else []
+    written += (
+        write_shared(
+            out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet
+        )
+        if not options.only
+        else []
+    )
     report = _write_report(options, resolved, outcome, written)
     options.running.tell_times(outcome)
     if not written:
@@ -117,20 +145,36 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
 
 
 def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
-    """Write the page with the moving character while its frames are still to be traced, and say where it is."""
+    """Write the page with the moving character while its frames are still to be traced, and say
+    where it is."""
     write_early_page(outcome, out)
     if not quiet:
-        print(f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the video follows", file=sys.stderr)
+        print(
+            f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the video follows",
+            file=sys.stderr,
+        )
 
 
-def _write_report(options: Options, resolved: Resolved, outcome: Outcome, written: list[Path]) -> Path:
-    """Write ``report.json``: what was asked for and the values in force, what was read and written."""
+def _write_report(
+    options: Options, resolved: Resolved, outcome: Outcome, written: list[Path]
+) -> Path:
+    """Write ``report.json``: what was asked for and the values in force, what was read and
+    written."""
     request, running, parameters = options.request, options.running, resolved.parameters
     inputs = request.files() | ({} if resolved.recorded else {"model": parameters["model"].path})
-    given = {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
+    given = {
+        "executor": running.executor,
+        "workers": running.workers,
+        "start": options.start,
+        "only": options.only,
+    }
     given |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion", "visemes")}
     report = make_report(
-        outcome, command="video", parameters={**request.described(), **resolved.in_force, **given}, inputs=inputs, outputs=written
+        outcome,
+        command="video",
+        parameters={**request.described(), **resolved.in_force, **given},
+        inputs=inputs,
+        outputs=written,
     )
     path = Path(options.out) / "report.json"
     with atomic_path(path) as temporary:

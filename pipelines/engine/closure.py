@@ -1,10 +1,13 @@
-"""What a node's result depends on: the code that it reaches within this project, and the data files that this code names.
+"""What a node's result depends on: the code that it reaches within this project, and the data files
+that this code names.
 
-Found by reading source, nothing is imported. Of the node's own module only its function counts, with the module-level names
-that it uses, through one another. Of what these import, whole modules count, and whole modules of what those import, inside
-functions too. Three things do not count: imports for type checkers alone; the ``__init__`` of a package that passes a name on (the
-name is the module's that defines it); and what lies in ``a2v/weights`` (models are arguments of nodes and count there by their
-content). A data file counts for the modules beside or above it that name it in quotes.
+Found by reading source, nothing is imported. Of the node's own module only its function counts,
+with the module-level names that it uses, through one another. Of what these import, whole modules
+count, and whole modules of what those import, inside functions too. Three things do not count:
+imports for type checkers alone; the ``__init__`` of a package that passes a name on (the name is
+the module's that defines it); and what lies in ``a2v/weights`` (models are arguments of nodes and
+count there by their content). A data file counts for the modules beside or above it that name it in
+quotes.
 """
 
 from __future__ import annotations
@@ -26,18 +29,25 @@ PROJECT = ("a2v", "export", "pipelines")
 _ARGUMENTS = "a2v/weights"
 _RUNS = " (what it runs)"
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-_TYPE_CHECKING = re.compile(r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE)
-_IMPORT = re.compile(rf"^[ \t]*((?:from|import)[ \t]+(?:(?:{'|'.join(PROJECT)})\b|\.)[^\n(]*(?:\([^)]*\))?)", re.MULTILINE)
+_TYPE_CHECKING = re.compile(
+    r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE
+)
+_IMPORT = re.compile(
+    rf"^[ \t]*((?:from|import)[ \t]+(?:(?:{'|'.join(PROJECT)})\b|\.)[^\n(]*(?:\([^)]*\))?)",
+    re.MULTILINE,
+)
 
 
 @functools.cache
 def code_digest(file: str, name: str) -> str:
-    """Forty hex digits of all that the top-level name `name` of `file` depends on; once a process, so that it is of the code that runs."""
+    """Forty hex digits of all that the top-level name `name` of `file` depends on; once a process,
+    so that it is of the code that runs."""
     return _installed().digest(file, name)
 
 
 def top_folder() -> Path:
-    """The folder that holds the project's packages: of a checkout, or the site-packages of a wheel, where this one lies beneath `a2v`."""
+    """The folder that holds the project's packages: of a checkout, or the site-packages of a wheel,
+    where this one lies beneath `a2v`."""
     return Path(__file__).resolve().parents[__name__.count(".")]
 
 
@@ -62,10 +72,15 @@ class Sources:
 
     def digest(self, file: str | os.PathLike[str], name: str) -> str:
         """Forty hex digits of `closure`."""
-        return _digest("\n".join(f"{label} {digest}" for label, digest in sorted(self.closure(file, name).items())).encode())
+        return _digest(
+            "\n".join(
+                f"{label} {digest}" for label, digest in sorted(self.closure(file, name).items())
+            ).encode()
+        )
 
     def closure(self, file: str | os.PathLike[str], name: str) -> dict[str, str]:
-        """Digests of all that the top-level name `name` of the Python file `file` depends on, by the files' paths below the root.
+        """Digests of all that the top-level name `name` of the Python file `file` depends on, by
+        the files' paths below the root.
 
         Raises
         ------
@@ -74,23 +89,37 @@ class Sources:
         """
         label = Path(os.path.relpath(file, self._root)).as_posix()
         if label not in self._own:
-            self._own[label] = _statements(Path(file).read_text(encoding="utf-8"), ".".join(Path(label).parent.parts))
+            self._own[label] = _statements(
+                Path(file).read_text(encoding="utf-8"), ".".join(Path(label).parent.parts)
+            )
         text, uses = _reach(self._own[label], name)
         parts = {label: _digest(text.encode()), **self._data_named(text, label)}
-        left, seen = [module for one, attributes in uses for module in self._definers(one, attributes)], set[str]()
+        left, seen = (
+            [module for one, attributes in uses for module in self._definers(one, attributes)],
+            set[str](),
+        )
         while left:
             if (module := left.pop()) not in seen:
                 seen.add(module)
                 parts |= self._module(module).parts
-                left += [definer for one in self._module(module).imports for definer in self._definers(one)]
+                left += [
+                    definer
+                    for one in self._module(module).imports
+                    for definer in self._definers(one)
+                ]
         return parts
 
     def _definers(self, one: Import, attributes: Iterable[str] | None = None) -> Iterator[str]:
-        """The modules behind an imported name; of a package, those behind the `attributes` that are used of it, if these are known."""
+        """The modules behind an imported name; of a package, those behind the `attributes` that are
+        used of it, if these are known."""
         found = self._definer(one.module, one.name)
         if found is None:
             return
-        if attributes is not None and found == f"{one.module}.{one.name}" and self._module(found).is_package:
+        if (
+            attributes is not None
+            and found == f"{one.module}.{one.name}"
+            and self._module(found).is_package
+        ):
             for attribute in attributes:
                 yield from self._definers(Import(found, attribute, attribute))
         else:
@@ -112,7 +141,10 @@ class Sources:
         if module in self._modules:
             return self._modules[module].path
         base = self._root.joinpath(*module.split("."))
-        return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
+        return next(
+            (path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()),
+            None,
+        )
 
     def _module(self, name: str) -> _Module:
         if name not in self._modules:
@@ -121,7 +153,15 @@ class Sources:
             text, label = path.read_text(encoding="utf-8"), path.relative_to(self._root).as_posix()
             is_package = path.name == "__init__.py"
             statements = _statements(text, name) if is_package else []
-            parts = {} if not above else {key: digest for key, digest in self._module(above).parts.items() if key.endswith(_RUNS)}
+            parts = (
+                {}
+                if not above
+                else {
+                    key: digest
+                    for key, digest in self._module(above).parts.items()
+                    if key.endswith(_RUNS)
+                }
+            )
             if runs := [statement.text for statement in statements if statement.runs]:
                 parts[f"{label}{_RUNS}"] = _digest("\n".join(runs).encode())
             parts |= {label: _digest(text.encode()), **self._data_named(text, label)}
@@ -137,19 +177,26 @@ class Sources:
                 below[:] = [name for name in below if not name.startswith((".", "__"))]
                 where = Path(folder).relative_to(self._root).as_posix()
                 if where != _ARGUMENTS:
-                    yield from ((f"{where}/{name}", name) for name in names if not name.endswith((".py", ".pyc")))
+                    yield from (
+                        (f"{where}/{name}", name)
+                        for name in names
+                        if not name.endswith((".py", ".pyc"))
+                    )
 
     def _data_named(self, text: str, label: str) -> dict[str, str]:
         """Digests of the data files that a source names, by their paths."""
         beside = f"{Path(label).parent.as_posix()}/"
-        near = [(path, name) for path, name in self._data if path.startswith(beside) and name in text]
+        near = [
+            (path, name) for path, name in self._data if path.startswith(beside) and name in text
+        ]
         named = [path for path, name in near if re.search(rf"""["'/]{re.escape(name)}["']""", text)]
         return {path: _digest((self._root / path).read_bytes()) for path in named}
 
 
 @dataclass(frozen=True)
 class _Module:
-    """A source file: what it adds to a closure, what it imports and, if it is a package, the names that it passes on."""
+    """A source file: what it adds to a closure, what it imports and, if it is a package, the names
+    that it passes on."""
 
     path: Path
     is_package: bool
@@ -167,7 +214,8 @@ def _digest(data: bytes) -> str:
 
 @dataclass(frozen=True)
 class Import:
-    """One imported name: ``from module import name as alias``; `name` is empty for ``import module as alias``."""
+    """One imported name: ``from module import name as alias``; `name` is empty for ``import module
+    as alias``."""
 
     module: str
     name: str
@@ -177,7 +225,8 @@ class Import:
 def imports_in(text: str, package: str) -> list[Import]:
     """The project's names that a module's source imports anywhere, but for type checkers alone.
 
-    Only lines that begin as imports of the project are parsed, which takes a thirtieth of the time of parsing all.
+    Only lines that begin as imports of the project are parsed, which takes a thirtieth of the time
+    of parsing all.
 
     Parameters
     ----------
@@ -185,20 +234,29 @@ def imports_in(text: str, package: str) -> list[Import]:
     """
     seen = _TYPE_CHECKING.sub("", text) if "TYPE_CHECKING:" in text else text
     try:
-        nodes: Iterable[ast.AST] = ast.parse("\n".join(match[1] for match in _IMPORT.finditer(seen))).body
+        nodes: Iterable[ast.AST] = ast.parse(
+            "\n".join(match[1] for match in _IMPORT.finditer(seen))
+        ).body
     except SyntaxError:  # prose that begins as an import does
         nodes = ast.walk(parse(text))
     return [one for one in imports_of(nodes, package) if one.module.partition(".")[0] in PROJECT]
 
 
 def imports_of(nodes: Iterable[ast.AST], package: str) -> Iterator[Import]:
-    """What the import statements among `nodes` import; `package` is what relative ones are relative to."""
+    """What the import statements among `nodes` import; `package` is what relative ones are relative
+    to."""
     for node in nodes:
         if isinstance(node, ast.Import):
             for name in node.names:
-                whole = name.name.split(".")  # without an alias it binds the first, of which all may be used
-                above = [] if name.asname else [".".join(whole[: i + 1]) for i in range(len(whole) - 1)]
-                yield from (Import(module, "", name.asname or whole[0]) for module in (*above, name.name))
+                whole = name.name.split(
+                    "."
+                )  # without an alias it binds the first, of which all may be used
+                above = (
+                    [] if name.asname else [".".join(whole[: i + 1]) for i in range(len(whole) - 1)]
+                )
+                yield from (
+                    Import(module, "", name.asname or whole[0]) for module in (*above, name.name)
+                )
         elif isinstance(node, ast.ImportFrom):
             base = package.split(".")[: package.count(".") + 2 - node.level] if node.level else []
             module = ".".join([*base, *([node.module] if node.module else [])])
@@ -209,9 +267,15 @@ def parse(text: str) -> ast.Module:
     """Parse a module's source; what stands under ``if TYPE_CHECKING:`` is left out."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+        if (
+            isinstance(node, ast.If)
+            and isinstance(node.test, ast.Name)
+            and node.test.id == "TYPE_CHECKING"
+        ):
             node.body = []
-    tree.body = [node for node in tree.body if not isinstance(node, ast.If) or node.body or node.orelse]
+    tree.body = [
+        node for node in tree.body if not isinstance(node, ast.If) or node.body or node.orelse
+    ]
     return tree
 
 
@@ -220,7 +284,8 @@ def parse(text: str) -> ast.Module:
 
 @dataclass(frozen=True)
 class _Statement:
-    """A top-level statement: the names that it binds, the module's names that it may use, and what it imports itself.
+    """A top-level statement: the names that it binds, the module's names that it may use, and what
+    it imports itself.
 
     `attributes` has what is used of each name; None where a name is used otherwise as well.
     """
@@ -234,8 +299,11 @@ class _Statement:
 
     @property
     def runs(self) -> bool:
-        """Whether it does something else than bind names, such as setting an attribute or calling a function."""
-        return not self.bound and not (isinstance(self.node, ast.Expr) and isinstance(self.node.value, ast.Constant))
+        """Whether it does something else than bind names, such as setting an attribute or calling a
+        function."""
+        return not self.bound and not (
+            isinstance(self.node, ast.Expr) and isinstance(self.node.value, ast.Constant)
+        )
 
 
 def _statements(text: str, package: str) -> list[_Statement]:
@@ -251,15 +319,31 @@ def _statements(text: str, package: str) -> list[_Statement]:
         if isinstance(node, _SCOPES):
             bound, used = {node.name}, _used(parts, scopes[node.name])
         else:
-            bound, used = _bound(parts) | {one.alias for one in imports}, {one.id for one in parts if isinstance(one, ast.Name)}
-        found.append(_Statement(node, "\n".join(lines[first - 1 : node.end_lineno]), bound, used, imports, _attributes(parts)))
+            bound, used = (
+                _bound(parts) | {one.alias for one in imports},
+                {one.id for one in parts if isinstance(one, ast.Name)},
+            )
+        found.append(
+            _Statement(
+                node,
+                "\n".join(lines[first - 1 : node.end_lineno]),
+                bound,
+                used,
+                imports,
+                _attributes(parts),
+            )
+        )
     return found
 
 
-def _reach(statements: Iterable[_Statement], name: str) -> tuple[str, list[tuple[Import, set[str] | None]]]:
-    """The source of the top-level name `name` and of all in its module that it uses, and the imports that these use.
+def _reach(
+    statements: Iterable[_Statement], name: str
+) -> tuple[str, list[tuple[Import, set[str] | None]]]:
+    """The source of the top-level name `name` and of all in its module that it uses, and the
+    imports that these use.
 
-    An import comes with the attributes that are used of it, None where it is used otherwise as well.
+    An import comes with the attributes that are used of it, None where it is used otherwise as
+    well.
     """
     binding: dict[str, list[_Statement]] = {}
     for statement in statements:
@@ -276,15 +360,24 @@ def _reach(statements: Iterable[_Statement], name: str) -> tuple[str, list[tuple
         uses += [(one, statement.attributes.get(one.alias)) for one in statement.imports]
         for other in sorted(statement.used & set(binding)):
             left += binding[other]
-            uses += [(one, statement.attributes.get(other)) for source in binding[other] for one in source.imports if one.alias == other]
-    own = [statement.text for statement in sorted(reached, key=lambda statement: statement.node.lineno)]
+            uses += [
+                (one, statement.attributes.get(other))
+                for source in binding[other]
+                for one in source.imports
+                if one.alias == other
+            ]
+    own = [
+        statement.text for statement in sorted(reached, key=lambda statement: statement.node.lineno)
+    ]
     named = sorted({f"{one.alias} is {one.module} {one.name}" for one, _ in uses})
     return "\n".join([*own, *named]), uses
 
 
 def _bound(parts: Iterable[ast.AST]) -> set[str]:
     """Names that a statement assigns or defines."""
-    names = {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+    names = {
+        part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    }
     return names | {part.name for part in parts if isinstance(part, _SCOPES)}
 
 
@@ -294,25 +387,48 @@ def _used(parts: Iterable[ast.AST], scopes: Iterable[symtable.SymbolTable]) -> s
     outside: list[ast.expr | None] = []  # evaluated outside of these scopes, or not at all
     for part in parts:
         if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
-            outside += [*part.decorator_list, *part.args.defaults, *part.args.kw_defaults, part.returns]
+            outside += [
+                *part.decorator_list,
+                *part.args.defaults,
+                *part.args.kw_defaults,
+                part.returns,
+            ]
         elif isinstance(part, ast.arg | ast.AnnAssign):
             outside.append(part.annotation)
         elif isinstance(part, ast.ClassDef):
-            outside += [*part.decorator_list, *part.bases, *(keyword.value for keyword in part.keywords)]
-    return names | {one.id for part in outside if part is not None for one in ast.walk(part) if isinstance(one, ast.Name)}
+            outside += [
+                *part.decorator_list,
+                *part.bases,
+                *(keyword.value for keyword in part.keywords),
+            ]
+    return names | {
+        one.id
+        for part in outside
+        if part is not None
+        for one in ast.walk(part)
+        if isinstance(one, ast.Name)
+    }
 
 
 def _globals(scope: symtable.SymbolTable) -> set[str]:
     """Names that a scope and those within it take from the module."""
-    names = {one.get_name() for one in scope.get_symbols() if one.is_global() or (scope.get_type() == "class" and one.is_referenced())}
+    names = {
+        one.get_name()
+        for one in scope.get_symbols()
+        if one.is_global() or (scope.get_type() == "class" and one.is_referenced())
+    }
     return names.union(*map(_globals, scope.get_children()))
 
 
 def _attributes(parts: Iterable[ast.AST]) -> dict[str, set[str] | None]:
-    """By name, the attributes that are used of it; None where the name is used otherwise as well."""
+    """By name, the attributes that are used of it; None where the name is used otherwise as
+    well."""
     counts = Counter(part.id for part in parts if isinstance(part, ast.Name))
     attributes: dict[str, list[str]] = {}
     for part in parts:
         if isinstance(part, ast.Attribute) and isinstance(part.value, ast.Name):
             attributes.setdefault(part.value.id, []).append(part.attr)
-    return {name: set(attributes[name]) if len(attributes.get(name, [])) == count else None for name, count in counts.items()}
+    return {
+        name: set(attributes[name]) if len(attributes.get(name, [])) == count else None
+        for name, count in counts.items()
+    }

@@ -36,12 +36,19 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
     if suffix not in (".svg", ".png", ".pdf", ".dot"):
         raise InputError(f"cannot draw to '{path}'; expected .svg, .png, .pdf or .dot")
     if drawer == "dot" and not shutil.which("dot"):
-        raise InputError("Graphviz' dot is not installed (Debian: apt-get install graphviz); use --drawer matplotlib")
+        raise InputError(
+            "Graphviz' dot is not installed (Debian: apt-get install graphviz); use --drawer matplotlib"
+        )
     with atomic_path(path) as temporary:
         if suffix == ".dot":
             temporary.write_text(dot_source(graph), encoding="utf-8")
         elif drawer != "matplotlib" and shutil.which("dot"):
-            subprocess.run(["dot", f"-T{suffix[1:]}", "-o", str(temporary)], input=dot_source(graph), text=True, check=True)
+            subprocess.run(
+                ["dot", f"-T{suffix[1:]}", "-o", str(temporary)],
+                input=dot_source(graph),
+                text=True,
+                check=True,
+            )
         else:
             _draw_with_matplotlib(graph, temporary)
 
@@ -49,7 +56,11 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
 def edges(graph: Graph) -> list[tuple[str, str, str]]:
     """Every (from, to, what) in the graph; from is a node's or an input's name."""
     maker = {name: step.node.name for step in graph for name in step.outputs}
-    return [(maker.get(name, name), step.node.name, name) for step in graph for name in arguments_of(step)]
+    return [
+        (maker.get(name, name), step.node.name, name)
+        for step in graph
+        for name in arguments_of(step)
+    ]
 
 
 def label(step: Step) -> str:
@@ -68,9 +79,13 @@ def dot_source(graph: Graph) -> str:
     ]
     for name, step in steps.items():
         tip = (step.node.__doc__ or "").split("\n")[0].replace('"', "'")
-        lines.append(f'  "{name}" [label="{label(step)}", tooltip="{tip}", fillcolor="{_FANNED if step.fans_out else _SINGLE}"];')
+        lines.append(
+            f'  "{name}" [label="{label(step)}", tooltip="{tip}", fillcolor="{_FANNED if step.fans_out else _SINGLE}"];'
+        )
     for name in inputs_of(graph):
-        lines.append(f'  "in:{name}" [label="{name}", shape=plaintext, fontsize=9, fillcolor="{_INPUT}"];')
+        lines.append(
+            f'  "in:{name}" [label="{name}", shape=plaintext, fontsize=9, fillcolor="{_INPUT}"];'
+        )
     for source, target in dict.fromkeys(edge[:2] for edge in edges(graph)):
         lines.append(f'  "{source if source in steps else "in:" + source}" -> "{target}";')
     return "\n".join([*lines, "}"]) + "\n"
@@ -82,11 +97,18 @@ def _draw_with_matplotlib(graph: Graph, path: Path) -> None:
 
     rank: dict[str, int] = {}
     for step in topological(graph):
-        rank[step.node.name] = 1 + max((rank.get(source, 0) for source, target, _ in edges(graph) if target == step.node.name), default=0)
+        rank[step.node.name] = 1 + max(
+            (rank.get(source, 0) for source, target, _ in edges(graph) if target == step.node.name),
+            default=0,
+        )
     rows: dict[int, list[Step]] = {}
     for step in topological(graph):
         rows.setdefault(rank[step.node.name], []).append(step)
-    place = {step.node.name: ((i + 1) / (len(row) + 1), -float(level)) for level, row in rows.items() for i, step in enumerate(row)}
+    place = {
+        step.node.name: ((i + 1) / (len(row) + 1), -float(level))
+        for level, row in rows.items()
+        for i, step in enumerate(row)
+    }
     figure = Figure(figsize=(9, 1.0 + 0.8 * len(rows)))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
@@ -94,12 +116,19 @@ def _draw_with_matplotlib(graph: Graph, path: Path) -> None:
     for source, target, _ in dict.fromkeys(edges(graph)):
         if source in place:
             axes.annotate(
-                "", place[target], place[source], arrowprops={"arrowstyle": "->", "color": "#888888", "shrinkA": 12, "shrinkB": 12}
+                "",
+                place[target],
+                place[source],
+                arrowprops={"arrowstyle": "->", "color": "#888888", "shrinkA": 12, "shrinkB": 12},
             )
     for step in graph:
         given = [name for name in arguments_of(step) if name in inputs_of(graph)]
         text = label(step) + (f"\n({', '.join(given)})" if given else "")
-        box = {"boxstyle": "round,pad=0.4", "facecolor": _FANNED if step.fans_out else _SINGLE, "edgecolor": "#666666"}
+        box = {
+            "boxstyle": "round,pad=0.4",
+            "facecolor": _FANNED if step.fans_out else _SINGLE,
+            "edgecolor": "#666666",
+        }
         axes.text(*place[step.node.name], text, ha="center", va="center", fontsize=8, bbox=box)
     axes.set_xlim(0, 1)
     axes.set_ylim(-len(rows) - 0.7, -0.3)

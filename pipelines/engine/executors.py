@@ -1,7 +1,9 @@
-"""Where fanned-out nodes run: here, in local processes, on Dask or on Ray; all are `concurrent.futures.Executor`.
+"""Where fanned-out nodes run: here, in local processes, on Dask or on Ray; all are
+`concurrent.futures.Executor`.
 
-Local workers are started by a fork server, never by fork (mitsuba, torch and onnxruntime hold threads), with one
-BLAS, OpenMP and Dr.Jit thread each, and they end with the process that started them, even when that is killed.
+Local workers are started by a fork server, never by fork (mitsuba, torch and onnxruntime hold
+threads), with one BLAS, OpenMP and Dr.Jit thread each, and they end with the process that started
+them, even when that is killed.
 """
 
 from __future__ import annotations
@@ -27,7 +29,14 @@ ExecutorName = Literal["serial", "local", "dask", "ray"]
 EXECUTORS: tuple[ExecutorName, ...] = ("local", "dask", "ray", "serial")
 
 _ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+    ),
+    "1",
 )
 
 
@@ -49,15 +58,21 @@ class RayExecutor(Executor):
 
     def __init__(self, address: str | None = None, workers: int | None = None) -> None:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # it reports by itself, to its makers
-        os.environ.setdefault("RAY_enable_metrics_collection", "0")  # or its workers complain that nobody takes their figures
+        os.environ.setdefault(
+            "RAY_enable_metrics_collection", "0"
+        )  # or its workers complain that nobody takes their figures
         try:
             import ray
         except ImportError as error:
-            raise MissingDependencyError("the ray executor needs Ray: pip install 'a2v[ray]'") from error
+            raise MissingDependencyError(
+                "the ray executor needs Ray: pip install 'a2v[ray]'"
+            ) from error
         self._ray = ray
         self._started = not ray.is_initialized()
         if self._started:
-            local = {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
+            local = (
+                {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
+            )
             with safe_children(), _elsewhere():  # workers import from the folder in which it starts
                 ray.init(address=address, log_to_driver=False, **local)
         self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
@@ -84,7 +99,9 @@ def _elsewhere() -> Iterator[None]:
         os.chdir(before)
 
 
-def _in_one_thread(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any], folder: str) -> Any:
+def _in_one_thread(
+    function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any], folder: str
+) -> Any:
     _limit_threads()
     with contextlib.suppress(OSError):  # another machine
         os.chdir(folder)
@@ -100,11 +117,13 @@ def _limit_threads() -> None:
 
 
 _HANDED_DOWN = ("DRJIT_LIBLLVM_PATH", "A2V_CACHE", "TMPDIR")
-"""What a worker takes over from the environment of the moment at which it starts, not of the fork server's start."""
+"""What a worker takes over from the environment of the moment at which it starts, not of the fork
+server's start."""
 
 
 class LocalExecutor(Executor):
-    """Processes of this machine, started at the first call; nothing is started for a run that fans nothing out."""
+    """Processes of this machine, started at the first call; nothing is started for a run that fans
+    nothing out."""
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
@@ -120,7 +139,9 @@ class LocalExecutor(Executor):
         """End the workers; with `cancel_futures` at once, in the middle of what they do."""
         if self._pool is None:
             return
-        processes = list((getattr(self._pool, "_processes", None) or {}).values()) if cancel_futures else []
+        processes = (
+            list((getattr(self._pool, "_processes", None) or {}).values()) if cancel_futures else []
+        )
         manager: threading.Thread | None = getattr(self._pool, "_executor_manager_thread", None)
         self._pool.shutdown(wait=wait and not cancel_futures, cancel_futures=cancel_futures)
         for process in processes:
@@ -128,7 +149,9 @@ class LocalExecutor(Executor):
         for process in processes:
             process.join(5)
         if processes and manager is not None:
-            manager.join(5)  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then
+            manager.join(
+                5
+            )  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
@@ -145,7 +168,12 @@ def _start_pool(workers: int) -> ProcessPoolExecutor:
             else:
                 os.environ[name] = value
     given = {name: os.environ[name] for name in _HANDED_DOWN if name in os.environ}
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context(start_method()), initializer=_start_worker, initargs=(given,))
+    return ProcessPoolExecutor(
+        workers,
+        mp_context=multiprocessing.get_context(start_method()),
+        initializer=_start_worker,
+        initargs=(given,),
+    )
 
 
 def _start_worker(environment: dict[str, str]) -> None:
@@ -176,7 +204,12 @@ def cpu_count() -> int:
 
 
 @contextlib.contextmanager
-def open_executor(name: ExecutorName | Executor = "local", *, workers: int | None = None, address: str | None = None) -> Iterator[Executor]:
+def open_executor(
+    name: ExecutorName | Executor = "local",
+    *,
+    workers: int | None = None,
+    address: str | None = None,
+) -> Iterator[Executor]:
     """Yield an executor; on an error nothing that waits is started any more.
 
     Parameters
@@ -226,13 +259,21 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
     try:
         import distributed
     except ImportError as error:
-        raise MissingDependencyError("the dask executor needs Dask: pip install 'a2v[dask]'") from error
+        raise MissingDependencyError(
+            "the dask executor needs Dask: pip install 'a2v[dask]'"
+        ) from error
     with contextlib.ExitStack() as stack:
-        stack.enter_context(_silent(logging.getLogger("distributed"), logging.getLogger("distributed.client")))
+        stack.enter_context(
+            _silent(logging.getLogger("distributed"), logging.getLogger("distributed.client"))
+        )
         if address is None:
             with safe_children():
                 cluster = distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=40
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,
+                    silence_logs=40,
                 )
             stack.enter_context(cluster)
             client = stack.enter_context(distributed.Client(cluster))
@@ -243,13 +284,22 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
             yield client.get_executor(retries=2)
         except A2VError:
             raise
-        except (distributed.KilledWorker, distributed.comm.CommClosedError, asyncio.CancelledError, CancelledError, OSError) as error:
-            raise A2VError(_dask_failure(error, address, alive=client.status == "running")) from error
+        except (
+            distributed.KilledWorker,
+            distributed.comm.CommClosedError,
+            asyncio.CancelledError,
+            CancelledError,
+            OSError,
+        ) as error:
+            raise A2VError(
+                _dask_failure(error, address, alive=client.status == "running")
+            ) from error
 
 
 @contextlib.contextmanager
 def _silent(*loggers: logging.Logger) -> Iterator[None]:
-    """Keep pages of what went wrong from standard error: the one sentence that is raised says it."""
+    """Keep pages of what went wrong from standard error: the one sentence that is raised says
+    it."""
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

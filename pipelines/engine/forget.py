@@ -1,7 +1,8 @@
-"""Forgetting a photo: remove from a store all that was computed from it, and what nobody refers to any more.
+"""Forgetting a photo: remove from a store all that was computed from it, and what nobody refers to
+any more.
 
-A record of a call names the stored values among its arguments (`pipelines.engine.memo`), so whatever depends on a photo is found by following
-the records from the photo's own value.
+A record of a call names the stored values among its arguments (`pipelines.engine.memo`), so
+whatever depends on a photo is found by following the records from the photo's own value.
 """
 
 from __future__ import annotations
@@ -16,7 +17,15 @@ from typing import Any
 
 from a2v.io import clear_leftovers, read_bytes
 from a2v.record import Record
-from pipelines.engine.store import IN_USE_SECONDS, MAX_CALL_BYTES, Ref, Store, decode, digest_of, refs_in
+from pipelines.engine.store import (
+    IN_USE_SECONDS,
+    MAX_CALL_BYTES,
+    Ref,
+    Store,
+    decode,
+    digest_of,
+    refs_in,
+)
 
 
 def ref_of(record: Record) -> Ref[Any]:
@@ -53,15 +62,24 @@ class _Call:
     gave: frozenset[str]
 
 
-def forget(store: Store, values: Iterable[Ref[Any]], *, keep: Collection[Ref[Any]] = (), idle: float = IN_USE_SECONDS) -> Forgotten:
-    """Remove stored values, every remembered call that depends on them, and values that no remaining call names.
+def forget(
+    store: Store,
+    values: Iterable[Ref[Any]],
+    *,
+    keep: Collection[Ref[Any]] = (),
+    idle: float = IN_USE_SECONDS,
+) -> Forgotten:
+    """Remove stored values, every remembered call that depends on them, and values that no
+    remaining call names.
 
     Parameters
     ----------
-    store : the store; of one with an object store behind it, what this machine's folder has a record of is removed there too
+    store : the store; of one with an object store behind it, what this machine's folder has a
+    record of is removed there too
     values : of the photo, its mask, its keypoints; they need not be there
     keep : values that stay though no call names them, such as photos that wait
-    idle : seconds; a value that no call names, and that is not one of those removed here, stays if it was used within this time,
+    idle : seconds; a value that no call names, and that is not one of those removed here, stays if
+    it was used within this time,
         since a run may be about to name it
 
     Returns
@@ -73,15 +91,23 @@ def forget(store: Store, values: Iterable[Ref[Any]], *, keep: Collection[Ref[Any
     removed = [call for call in calls if call.given is None]
     gone = {call.path for call in removed}
     unknown = len(gone)
-    while found := [call for call in calls if call.path not in gone and call.given is not None and call.given & tainted]:
+    while found := [
+        call
+        for call in calls
+        if call.path not in gone and call.given is not None and call.given & tainted
+    ]:
         for call in found:
             removed.append(call)
             gone.add(call.path)
             tainted |= call.gave
     left = [call for call in calls if call.path not in gone]
-    named = {ref.digest for ref in keep}.union(*(call.gave | (call.given or frozenset()) for call in left))
+    named = {ref.digest for ref in keep}.union(
+        *(call.gave | (call.given or frozenset()) for call in left)
+    )
     suspects = tainted.union(*(call.gave | (call.given or frozenset()) for call in removed))
-    for call in reversed(removed):  # the furthest first: if this ends in the middle, what is left is still found from the photo
+    for call in reversed(
+        removed
+    ):  # the furthest first: if this ends in the middle, what is left is still found from the photo
         _remove(store, call.path)
     counts = [0, 0]
     now = time.time()
@@ -110,7 +136,9 @@ def _calls(folder: Path) -> Iterator[_Call]:
         try:
             record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
             gave = frozenset(ref.digest for ref in refs_in(decode(record["result"])))
-            given = frozenset(str(digest) for digest in record["given"]) if "given" in record else None
+            given = (
+                frozenset(str(digest) for digest in record["given"]) if "given" in record else None
+            )
             yield _Call(path, given, gave)
         except Exception:  # damaged, or none of ours
             yield _Call(path, None, frozenset())

@@ -1,7 +1,7 @@
 """Graphs of nodes: what is needed for what, and the `pipefunc.Pipeline` that runs them.
 
-A step is a node and the name of what it gives; an argument of a node with that name is an edge. A map specification
-fans out: ``pose[t] -> posed[t]`` calls the node once a frame.
+A step is a node and the name of what it gives; an argument of a node with that name is an edge. A
+map specification fans out: ``pose[t] -> posed[t]`` calls the node once a frame.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ def build(
     fresh: Collection[str] = (),
     codes: Mapping[str, str] | None = None,
 ) -> Any:
-    """The `pipefunc.Pipeline` of `graph`, its nodes bound to `store`; types of all edges are checked.
+    """The `pipefunc.Pipeline` of `graph`, its nodes bound to `store`; types of all edges are
+    checked.
 
     Parameters
     ----------
@@ -81,10 +82,20 @@ def build(
     where = store or Store()
     functions = []
     for step in graph:
-        bound = Bound(step.node, where, events, step.node.code(), fresh=bool(set(step.outputs) & set(fresh)))
-        made = None if step.fans_out or not step.axes else ("?",) * len(step.axes)  # the sizes are known when the node has run
+        bound = Bound(
+            step.node, where, events, step.node.code(), fresh=bool(set(step.outputs) & set(fresh))
+        )
+        made = (
+            None if step.fans_out or not step.axes else ("?",) * len(step.axes)
+        )  # the sizes are known when the node has run
         functions.append(
-            pipefunc.PipeFunc(bound.as_function(), output_name=step.output, mapspec=step.mapspec, print_error=False, internal_shape=made)
+            pipefunc.PipeFunc(
+                bound.as_function(),
+                output_name=step.output,
+                mapspec=step.mapspec,
+                print_error=False,
+                internal_shape=made,
+            )
         )
     return pipefunc.Pipeline(functions, validate_type_annotations=True, print_error=False)
 
@@ -97,7 +108,9 @@ def outputs_of(graph: Graph) -> tuple[str, ...]:
 def inputs_of(graph: Graph) -> tuple[str, ...]:
     """Names of the parameters that come from outside."""
     given = set(outputs_of(graph))
-    return tuple(dict.fromkeys(name for step in graph for name in arguments_of(step) if name not in given))
+    return tuple(
+        dict.fromkeys(name for step in graph for name in arguments_of(step) if name not in given)
+    )
 
 
 def arguments_of(step: Step) -> tuple[str, ...]:
@@ -105,7 +118,9 @@ def arguments_of(step: Step) -> tuple[str, ...]:
     return tuple(inspect.signature(step.node.function).parameters)
 
 
-def needed_for(graph: Graph, targets: Collection[str], given: Collection[str] = ()) -> tuple[Step, ...]:
+def needed_for(
+    graph: Graph, targets: Collection[str], given: Collection[str] = ()
+) -> tuple[Step, ...]:
     """The steps that `targets` need, when `given` outputs come from outside."""
     wanted, kept = set(targets) - set(given), set()
     for step in reversed(topological(graph)):
@@ -133,7 +148,10 @@ def topological(graph: Graph) -> list[Step]:
         The steps need one another in a circle.
     """
     makers = {name: step for step in graph for name in step.outputs}
-    needs = {step.node.name: {makers[name].node.name for name in arguments_of(step) if name in makers} for step in graph}
+    needs = {
+        step.node.name: {makers[name].node.name for name in arguments_of(step) if name in makers}
+        for step in graph
+    }
     by_name = {step.node.name: step for step in graph}
     try:
         return [by_name[name] for name in graphlib.TopologicalSorter(needs).static_order()]

@@ -1,9 +1,11 @@
-"""Nodes that remember: a plain typed function whose result is kept under a key of its code and its arguments.
+"""Nodes that remember: a plain typed function whose result is kept under a key of its code and its
+arguments.
 
-The key digests the code that the node reaches with the data files that it reads (`pipelines.engine.closure`), and the arguments
-(`joblib.hash`: dtype- and shape-aware for arrays; refs and files count by their content). Change any of them and the
-node runs again; change nothing and the stored result is returned. While a node runs it may report progress
-and notes; they go to the event file of the run, which the process that draws the bars reads.
+The key digests the code that the node reaches with the data files that it reads
+(`pipelines.engine.closure`), and the arguments (`joblib.hash`: dtype- and shape-aware for arrays;
+refs and files count by their content). Change any of them and the node runs again; change nothing
+and the stored result is returned. While a node runs it may report progress and notes; they go to
+the event file of the run, which the process that draws the bars reads.
 """
 
 from __future__ import annotations
@@ -66,14 +68,30 @@ class Node(Generic[P, R]):
         bound.apply_defaults()
         return str(joblib.hash([self.name, code, plain(bound.arguments)]))
 
-    def call(self, store: Store, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any], *, fresh: bool = False) -> Any:
+    def call(
+        self,
+        store: Store,
+        code: str,
+        args: tuple[Any, ...],
+        kwargs: Mapping[str, Any],
+        *,
+        fresh: bool = False,
+    ) -> Any:
         """As calling, with everything given; `fresh` computes even what is remembered."""
         key = self.key(code, args, kwargs)
         started = time.time()
         if self.remember and not fresh and (known := store.recall(self.name, key)) is not None:
             result, facts = known
             told = {name: facts.get(name) for name in ("notes", "measures")}
-            emit(node=self.name, done=True, hit=True, start=started, seconds=time.time() - started, size=size_of(result), **told)
+            emit(
+                node=self.name,
+                done=True,
+                hit=True,
+                start=started,
+                seconds=time.time() - started,
+                size=size_of(result),
+                **told,
+            )
             return result
         emit(node=self.name, start=started)
         with peak_memory() as peak, _running(self.name) as running, storage.using(store):
@@ -82,7 +100,13 @@ class Node(Generic[P, R]):
             spent = {"seconds": time.perf_counter() - clock, "cpu": time.process_time() - work}
             facts = {**spent, "peak": peak(), "notes": running.notes, "measures": running.measures}
         if self.remember:
-            store.remember(self.name, key, result, {**facts, "start": started}, given=refs_within([args, kwargs]))
+            store.remember(
+                self.name,
+                key,
+                result,
+                {**facts, "start": started},
+                given=refs_within([args, kwargs]),
+            )
         else:
             store.share(storage.refs_in(result))
         emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)
@@ -104,9 +128,12 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
 
 class Bound:
-    """A node with what it needs in any process: the store, the event file's folder and the code's digest."""
+    """A node with what it needs in any process: the store, the event file's folder and the code's
+    digest."""
 
-    def __init__(self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False) -> None:
+    def __init__(
+        self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False
+    ) -> None:
         self._state = (node, store, events, code, fresh)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -122,12 +149,15 @@ class Bound:
         """
         node, store, events, code, fresh = self._state
         if node.code() != code:
-            raise A2VError(f"worker {platform.node()} has other code for '{node.name}' than this machine; install the same version there")
+            raise A2VError(
+                f"worker {platform.node()} has other code for '{node.name}' than this machine; install the same version there"
+            )
         with events_in(events):
             return node.call(store, code, args, kwargs, fresh=fresh)
 
     def as_function(self) -> Callable[..., Any]:
-        """A function with the node's own name, signature and annotations, which is what pipefunc reads."""
+        """A function with the node's own name, signature and annotations, which is what pipefunc
+        reads."""
         bound = self
 
         @functools.wraps(bound._state[0].function)
@@ -142,11 +172,16 @@ def _find(module: str, name: str) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """`value` as fresh lists, dictionaries and arrays, so that equal values hash alike whatever objects they share."""
+    """`value` as fresh lists, dictionaries and arrays, so that equal values hash alike whatever
+    objects they share."""
     if isinstance(value, Ref | File):
         return [type(value).__name__, value.digest]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
+        fields = {
+            item.name: plain(getattr(value, item.name))
+            for item in dataclasses.fields(value)
+            if item.compare
+        }
         return [type(value).__qualname__, fields]
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
@@ -164,7 +199,9 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, os.PathLike):
         raise TypeError(f"the path {os.fspath(value)} cannot be part of a key; pass File.of(path)")
-    raise TypeError(f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them")
+    raise TypeError(
+        f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them"
+    )
 
 
 def refs_within(value: Any) -> Iterator[Ref[Any]]:
@@ -227,12 +264,14 @@ def events_in(folder: str) -> Iterator[None]:
 def emit(**event: Any) -> None:
     """Append one line to this process's event file of the run; nothing outside of a run."""
     if folder := _events.get():
-        with contextlib.suppress(OSError), open(os.path.join(folder, f"{os.getpid()}.jsonl"), "a", encoding="utf-8") as stream:  # noqa: PTH118
+        path = os.path.join(folder, f"{os.getpid()}.jsonl")  # noqa: PTH118
+        with contextlib.suppress(OSError), open(path, "a", encoding="utf-8") as stream:
             stream.write(json.dumps(event) + "\n")
 
 
 def note(text: str) -> None:
-    """Tell the user something about the result (kept with it, so a remembered result says it again)."""
+    """Tell the user something about the result (kept with it, so a remembered result says it
+    again)."""
     running = _node.get()
     if running is not None and text not in running.notes:
         running.notes.append(text)

@@ -1,4 +1,5 @@
-"""Bars with time left, drawn from what the nodes tell (`pipelines.engine.memo.emit`), wherever they run."""
+"""Bars with time left, drawn from what the nodes tell (`pipelines.engine.memo.emit`), wherever they
+run."""
 
 from __future__ import annotations
 
@@ -95,7 +96,9 @@ class Monitor:
             whole = data[: data.rfind(b"\n") + 1]  # a line may be half-written
             self._read[entry.name] = self._read.get(entry.name, 0) + len(whole)
             for line in whole.splitlines():
-                with contextlib.suppress(ValueError, KeyError, TypeError, AttributeError):  # no event of ours
+                with contextlib.suppress(
+                    ValueError, KeyError, TypeError, AttributeError
+                ):  # no event of ours
                     self._take(json.loads(line))
 
     def _take(self, event: Mapping[str, Any]) -> None:
@@ -113,7 +116,10 @@ class Monitor:
             stats.cached += bool(event["hit"])
             stats.seconds += 0.0 if event["hit"] else event["seconds"]
             stats.cpu_seconds += event.get("cpu", 0.0)
-            stats.span = (min(stats.span[0], event["start"]), max(stats.span[1], event["start"] + event["seconds"]))
+            stats.span = (
+                min(stats.span[0], event["start"]),
+                max(stats.span[1], event["start"] + event["seconds"]),
+            )
             stats.peak_memory = max(stats.peak_memory, event.get("peak", 0))
             stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]
             stats.measures |= event["measures"] or {}
@@ -148,14 +154,16 @@ def about(left: float | None) -> str:
 
 
 class Pace:
-    """Time left, foretold from when calls ended; the first ones, in which workers start and build their scenes, don't count."""
+    """Time left, foretold from when calls ended; the first ones, in which workers start and build
+    their scenes, don't count."""
 
     def __init__(self, skip: int = 4) -> None:
         self._skip = skip
         self._from: tuple[int, float] | None = None
 
     def left(self, done: int, total: int, now: float) -> float | None:
-        """Seconds until `total` calls are done when `done` are at time `now`; None while that is unknown."""
+        """Seconds until `total` calls are done when `done` are at time `now`; None while that is
+        unknown."""
         if self._from is None:
             if done >= self._skip:
                 self._from = done, now
@@ -165,7 +173,8 @@ class Pace:
 
 
 class Bars:
-    """A tqdm bar a node on standard error, with the time left; plain lines where it is no terminal."""
+    """A tqdm bar a node on standard error, with the time left; plain lines where it is no
+    terminal."""
 
     def __init__(self, *, quiet: bool = False) -> None:
         self._bars: dict[str, Any] = {}
@@ -177,7 +186,13 @@ class Bars:
         """Draw an update."""
         if self._quiet or (update.total == 0 and update.done == 0):
             return
-        left = None if update.part else self._paces.setdefault(update.node, Pace()).left(update.done, update.total, time.monotonic())
+        left = (
+            None
+            if update.part
+            else self._paces.setdefault(update.node, Pace()).left(
+                update.done, update.total, time.monotonic()
+            )
+        )
         if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
             self._line(update, left)
             return
@@ -186,7 +201,13 @@ class Bars:
         bar = self._bars.get(update.node)
         if bar is None:
             form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}{postfix}"
-            bar = self._bars[update.node] = tqdm(total=max(update.total, 1), desc=update.node, bar_format=form, leave=True, mininterval=0.2)
+            bar = self._bars[update.node] = tqdm(
+                total=max(update.total, 1),
+                desc=update.node,
+                bar_format=form,
+                leave=True,
+                mininterval=0.2,
+            )
         bar.set_postfix_str(about(left).removeprefix(", "), refresh=False)
         bar.total = max(update.total, 1)
         bar.n = min(update.done + update.part * (update.done < bar.total), bar.total)
@@ -197,9 +218,17 @@ class Bars:
         if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
             self._said[update.node] = -1.0
             print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
-        elif update.done < update.total and update.done and now - self._said.setdefault(update.node, now) > 10:
+        elif (
+            update.done < update.total
+            and update.done
+            and now - self._said.setdefault(update.node, now) > 10
+        ):
             self._said[update.node] = now
-            print(f"{update.node}: {update.done}/{update.total}{about(left)}", file=sys.stderr, flush=True)
+            print(
+                f"{update.node}: {update.done}/{update.total}{about(left)}",
+                file=sys.stderr,
+                flush=True,
+            )
 
     def close(self) -> None:
         """Leave the bars as they are."""
@@ -208,7 +237,8 @@ class Bars:
 
 
 class Lasting:
-    """One line on standard error for something long whose end is foretold: how much is done and the time left for the whole."""
+    """One line on standard error for something long whose end is foretold: how much is done and the
+    time left for the whole."""
 
     def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
         self._name, self._total, self._quiet = name, total, quiet
@@ -228,17 +258,30 @@ class Lasting:
         if self._quiet or now - self._said < (1.0 if self._live else 10.0):
             return
         self._said = now
-        text = f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left" + (f" ({more})" if more else "")
-        print(f"\r{text:<100}" if self._live else text, end="" if self._live else "\n", file=sys.stderr, flush=True)
+        text = (
+            f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left"
+            + (f" ({more})" if more else "")
+        )
+        print(
+            f"\r{text:<100}" if self._live else text,
+            end="" if self._live else "\n",
+            file=sys.stderr,
+            flush=True,
+        )
 
     def say(self, text: str) -> None:
         """A line that stays."""
         if not self._quiet:
-            print(f"\r{printable(text):<100}" if self._live else printable(text), file=sys.stderr, flush=True)
+            print(
+                f"\r{printable(text):<100}" if self._live else printable(text),
+                file=sys.stderr,
+                flush=True,
+            )
 
 
 def memory_of_family() -> int:
-    """Resident memory of this process and of all below it, bytes (pages that they share count in each)."""
+    """Resident memory of this process and of all below it, bytes (pages that they share count in
+    each)."""
     import psutil
 
     total = 0

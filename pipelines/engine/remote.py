@@ -1,7 +1,8 @@
-"""An object store that workers without a shared folder have in common: S3-compatible, GCS, SSH or any other that fsspec knows.
+"""An object store that workers without a shared folder have in common: S3-compatible, GCS, SSH or
+any other that fsspec knows.
 
-Four operations on whole objects. Every one is tried again while the store or the network fails for a moment, and an object appears under its
-key only when it is complete.
+Four operations on whole objects. Every one is tried again while the store or the network fails for
+a moment, and an object appears under its key only when it is complete.
 """
 
 from __future__ import annotations
@@ -24,10 +25,19 @@ FIRST_WAIT = 0.1
 """Seconds before the second attempt; twice as long before each further one."""
 MAX_OBJECT_BYTES = 4 << 30
 _RENAMING = {"file", "local", "memory", "sftp", "ssh"}
-"""Protocols where a file grows under its name while it is written; the others make an object at once."""
+"""Protocols where a file grows under its name while it is written; the others make an object at
+once."""
 _OBJECT_STORES = ("s3", "gs", "abfs")
-"""Protocols for which obstore is taken, where it is installed; fsspec's other plug-ins (s3fs, gcsfs...) do as well."""
-_EXTRAS = {"s3": "objects", "gs": "objects", "gcs": "objects", "abfs": "objects", "ssh": "ssh", "sftp": "ssh"}
+"""Protocols for which obstore is taken, where it is installed; fsspec's other plug-ins (s3fs,
+gcsfs...) do as well."""
+_EXTRAS = {
+    "s3": "objects",
+    "gs": "objects",
+    "gcs": "objects",
+    "abfs": "objects",
+    "ssh": "ssh",
+    "sftp": "ssh",
+}
 _LASTING = (PermissionError, NotADirectoryError, IsADirectoryError)
 
 
@@ -41,7 +51,8 @@ class Remote:
 
     Parameters
     ----------
-    url : such as ``s3://bucket/folder``, ``gs://...``, ``sftp://user@host/folder``, ``file:///folder``; access is set up as fsspec's plug-in
+    url : such as ``s3://bucket/folder``, ``gs://...``, ``sftp://user@host/folder``,
+    ``file:///folder``; access is set up as fsspec's plug-in
         has it (for S3 the usual ``AWS_...`` variables)
     """
 
@@ -65,8 +76,12 @@ class Remote:
         except ImportError as error:
             extra = _EXTRAS.get(protocol)
             hint = f"pip install 'a2v[{extra}]'" if extra else shorten(error, 120)
-            raise MissingDependencyError(f"the store {self.url} needs a plug-in of fsspec: {hint}") from error
-        except Exception as error:  # each plug-in raises kinds of its own for an address that is none
+            raise MissingDependencyError(
+                f"the store {self.url} needs a plug-in of fsspec: {hint}"
+            ) from error
+        except (
+            Exception
+        ) as error:  # each plug-in raises kinds of its own for an address that is none
             raise InputError(
                 f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL such as s3://bucket/folder"
             ) from error
@@ -128,7 +143,9 @@ class Remote:
             try:
                 return work(files, root)
             except _LASTING as error:
-                raise A2VError(f"the store {self.url} refuses: {shorten(error, 120)}; check the access to it") from error
+                raise A2VError(
+                    f"the store {self.url} refuses: {shorten(error, 120)}; check the access to it"
+                ) from error
             except Exception as error:  # plug-ins raise kinds of their own besides OSError
                 if attempt == ATTEMPTS - 1:
                     raise A2VError(

@@ -17,13 +17,22 @@ from typing import Any
 from a2v.errors import A2VError, InputError
 from a2v.io import printable
 from pipelines.engine.executors import ExecutorName, SerialExecutor, open_executor
-from pipelines.engine.graph import Graph, build, check_names, downstream_of, inputs_of, needed_for, outputs_of
+from pipelines.engine.graph import (
+    Graph,
+    build,
+    check_names,
+    downstream_of,
+    inputs_of,
+    needed_for,
+    outputs_of,
+)
 from pipelines.engine.memo import events_in
 from pipelines.engine.progress import Listener, Monitor, NodeStats, peak_family_memory, watching
 from pipelines.engine.store import LostObjectError, R, Ref, Store
 
 ATTEMPTS = 3
-"""Runs are repeated this often when a worker dies or a stored value is lost; what was finished is remembered."""
+"""Runs are repeated this often when a worker dies or a stored value is lost; what was finished is
+remembered."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +65,9 @@ class Outcome:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the nodes told the user."""
-        return tuple(dict.fromkeys(printable(text) for stats in self.nodes.values() for text in stats.notes))
+        return tuple(
+            dict.fromkeys(printable(text) for stats in self.nodes.values() for text in stats.notes)
+        )
 
 
 def run(
@@ -80,32 +91,46 @@ def run(
     ----------
     target : name of an output, or several
     graph : the steps
-    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or an executor of your own
+    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or an executor of your
+    own
     workers, address : see `open_executor`
     store : where values are kept; the default folder if None
     overrides : outputs given from outside, by name; the steps that make them are dropped
     fresh : outputs that are computed even when they are remembered
     start : output that is computed anew with everything that depends on it
     progress : called with an `Update` as nodes go on
-    early : outputs that are computed first, in this order, each with what is called with the outcome so far as soon as it is there
+    early : outputs that are computed first, in this order, each with what is called with the
+    outcome so far as soon as it is there
     params : the graph's inputs
 
     Raises
     ------
     InputError
-        An unknown target, parameter or override (it names the nearest), or a missing parameter; and what nodes raise.
+        An unknown target, parameter or override (it names the nearest), or a missing parameter; and
+        what nodes raise.
     """
     store, overrides = store or Store(), dict(overrides or {})
     targets = (target,) if isinstance(target, str) else tuple(target)
     known = outputs_of(graph)
-    check_names(graph, [*targets, *(early or {}), *overrides, *fresh, *([start] if start else [])], known, "node")
+    check_names(
+        graph,
+        [*targets, *(early or {}), *overrides, *fresh, *([start] if start else [])],
+        known,
+        "node",
+    )
     check_names(graph, params, inputs_of(graph), "parameter")
     early = early or {}
     steps = needed_for(graph, [*targets, *early], overrides)
-    if missing := [name for name in inputs_of(steps) if name not in params and name not in overrides]:
-        raise InputError(f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} {', '.join(missing)}; none was given")
+    if missing := [
+        name for name in inputs_of(steps) if name not in params and name not in overrides
+    ]:
+        raise InputError(
+            f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} {', '.join(missing)}; none was given"
+        )
     anew = set(fresh) | (downstream_of(graph, start) if start else set())
-    inputs = {name: value for name, value in {**params, **overrides}.items() if name in inputs_of(steps)}
+    inputs = {
+        name: value for name, value in {**params, **overrides}.items() if name in inputs_of(steps)
+    }
     values: dict[str, Any] = {name: value for name, value in overrides.items() if name in targets}
 
     clock = time.perf_counter()
@@ -113,14 +138,32 @@ def run(
         monitor = Monitor(graph, events, progress)
         with watching(monitor):
             for last in (*[False] * (ATTEMPTS - 1), True):
-                with _again(last), open_executor(executor, workers=workers, address=address) as pool:
+                with (
+                    _again(last),
+                    open_executor(executor, workers=workers, address=address) as pool,
+                ):
                     done = dict[str, Any]()  # what no later leg computes again
                     for name, tell in early.items():
                         leg = needed_for(graph, [name], {**overrides, **done})
                         done |= _map(leg, {**inputs, **done}, pool, store, events, anew)
                         monitor.poll()
-                        tell(Outcome({**overrides, **done}, monitor.stats, time.perf_counter() - clock, 0, store))
-                    done |= _map(needed_for(graph, targets, {**overrides, **done}), {**inputs, **done}, pool, store, events, anew)
+                        tell(
+                            Outcome(
+                                {**overrides, **done},
+                                monitor.stats,
+                                time.perf_counter() - clock,
+                                0,
+                                store,
+                            )
+                        )
+                    done |= _map(
+                        needed_for(graph, targets, {**overrides, **done}),
+                        {**inputs, **done},
+                        pool,
+                        store,
+                        events,
+                        anew,
+                    )
                     values |= done
                     break
         return Outcome(values, monitor.stats, time.perf_counter() - clock, peak(), store)
@@ -146,7 +189,14 @@ def _again(last: bool) -> Iterator[None]:
             ) from None
 
 
-def _map(steps: Graph, known: Mapping[str, Any], pool: Executor, store: Store, events: Path, anew: Collection[str]) -> dict[str, Any]:
+def _map(
+    steps: Graph,
+    known: Mapping[str, Any],
+    pool: Executor,
+    store: Store,
+    events: Path,
+    anew: Collection[str],
+) -> dict[str, Any]:
     if not steps:
         return {}
     inputs = {name: known[name] for name in inputs_of(steps)}
@@ -156,24 +206,38 @@ def _map(steps: Graph, known: Mapping[str, Any], pool: Executor, store: Store, e
     for step in steps:
         if step.fans_out:
             executors[step.output] = pool
-    sizes = {"": 1} | {step.output: step.together(inputs) for step in steps if step.fans_out and step.together}
-    said = io.StringIO()  # where rich is installed, pipefunc prints how to debug before it raises a node's error
+    sizes = {"": 1} | {
+        step.output: step.together(inputs) for step in steps if step.fans_out and step.together
+    }
+    said = (
+        io.StringIO()
+    )  # where rich is installed, pipefunc prints how to debug before it raises a node's error
     with contextlib.redirect_stdout(said):
-        results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=sizes, show_progress=False, return_results=True)
+        results = pipeline.map(
+            dict(inputs),
+            executor=executors,
+            storage="dict",
+            chunksizes=sizes,
+            show_progress=False,
+            return_results=True,
+        )
     print(said.getvalue(), end="")
     return {name: results[name].output for name in results if name not in inputs}
 
 
 @contextlib.contextmanager
 def _event_folder(store: Store) -> Iterator[Path]:
-    """A new folder for the events of one run; folders that killed runs left a day ago are removed."""
+    """A new folder for the events of one run; folders that killed runs left a day ago are
+    removed."""
     parent = store.folder / "runs"
     store.prepare()
     try:
         parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(dir=parent))
     except OSError as error:
-        raise InputError(f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache or A2V_CACHE") from error
+        raise InputError(
+            f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache or A2V_CACHE"
+        ) from error
     for old in parent.iterdir():
         with contextlib.suppress(OSError):
             if time.time() - old.stat().st_mtime > 86400:

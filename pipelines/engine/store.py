@@ -1,12 +1,14 @@
-"""The store: values named by their content, in one folder that every worker sees, or in an object store with a folder in front.
+"""The store: values named by their content, in one folder that every worker sees, or in an object
+store with a folder in front.
 
-A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes; what passes between
-nodes is a `Ref`, 40 characters, so keys hash in microseconds and clusters ship no meshes. ``calls/`` remembers which
-call gave which refs (`pipelines.engine.memo`). Two runs may share a folder: a file appears under its name only when it is
-complete, and equal content has an equal name.
+A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes; what passes
+between nodes is a `Ref`, 40 characters, so keys hash in microseconds and clusters ship no meshes.
+``calls/`` remembers which call gave which refs (`pipelines.engine.memo`). Two runs may share a
+folder: a file appears under its name only when it is complete, and equal content has an equal name.
 
-Where the store's address is a URL (`pipelines.engine.remote`), each machine has a folder of its own in front of it. A value goes to the object store
-with the record of the call that gave it; it comes back where it is missing, and its digest is checked on arrival.
+Where the store's address is a URL (`pipelines.engine.remote`), each machine has a folder of its own
+in front of it. A value goes to the object store with the record of the call that gave it; it comes
+back where it is missing, and its digest is checked on arrival.
 """
 
 from __future__ import annotations
@@ -36,7 +38,8 @@ R = TypeVar("R", bound=Record)
 MAX_CALL_BYTES = 64 << 20
 """A longer record of a call is none."""
 IN_USE_SECONDS = 600.0
-"""`Store.trim` leaves what was read or written within this time to the runs that may be using it."""
+"""`Store.trim` leaves what was read or written within this time to the runs that may be using
+it."""
 
 
 class LostObjectError(A2VError):
@@ -60,7 +63,8 @@ class Ref(Generic[T]):
 
 @dataclass(frozen=True)
 class File:
-    """A file that enters the pipeline by its content; the path takes no part in equality or in keys."""
+    """A file that enters the pipeline by its content; the path takes no part in equality or in
+    keys."""
 
     path: str
     digest: str
@@ -108,8 +112,12 @@ class Store:
         What makes the same store in another process.
     """
 
-    def __init__(self, address: str | os.PathLike[str] | None = None, private: Collection[str] = ()) -> None:
-        self.remote = Remote(os.fspath(address)) if address is not None and is_remote(address) else None
+    def __init__(
+        self, address: str | os.PathLike[str] | None = None, private: Collection[str] = ()
+    ) -> None:
+        self.remote = (
+            Remote(os.fspath(address)) if address is not None and is_remote(address) else None
+        )
         if self.remote is not None:
             self.folder = default_folder() / "copies" / digest_of(self.remote.url.encode())[:16]
         else:
@@ -121,9 +129,11 @@ class Store:
         return Store, (self.address, self.private)
 
     def prepare(self) -> None:
-        """Make the folder, for its user alone; of one that is there, check that nobody else can change what it remembers.
+        """Make the folder, for its user alone; of one that is there, check that nobody else can
+        change what it remembers.
 
-        Results are believed, so whoever writes here decides what comes out. ``A2V_SHARED_STORE=1`` says that they are trusted.
+        Results are believed, so whoever writes here decides what comes out. ``A2V_SHARED_STORE=1``
+        says that they are trusted.
 
         Raises
         ------
@@ -182,10 +192,13 @@ class Store:
         try:
             return kind.load(self.local_path(ref))
         except InputError as error:
-            raise LostObjectError(f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run again") from error
+            raise LostObjectError(
+                f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run again"
+            ) from error
 
     def has(self, ref: Ref[Any]) -> bool:
-        """Whether the value is there and whole (one that only the object store has: whether it is there); marks it as used."""
+        """Whether the value is there and whole (one that only the object store has: whether it is
+        there); marks it as used."""
         path = self.path(ref)
         try:
             good = digest_of(path.read_bytes()) == ref.digest
@@ -199,7 +212,8 @@ class Store:
         return self.remote.exists(_object_key(ref))
 
     def local_path(self, ref: Ref[Any]) -> Path:
-        """Where `ref` is on this machine, fetched if it is missing; a damaged object is removed from the object store.
+        """Where `ref` is on this machine, fetched if it is missing; a damaged object is removed
+        from the object store.
 
         Raises
         ------
@@ -213,7 +227,9 @@ class Store:
         if data is None or digest_of(data) != ref.digest:
             if data is not None:
                 self.remote.remove(_object_key(ref))
-            raise LostObjectError(f"the stored value {ref.digest[:8]} {'is gone' if data is None else 'arrived damaged'}; run again")
+            raise LostObjectError(
+                f"the stored value {ref.digest[:8]} {'is gone' if data is None else 'arrived damaged'}; run again"
+            )
         with atomic_path(path) as temporary:
             temporary.write_bytes(data)
         return path
@@ -236,7 +252,8 @@ class Store:
         return self._call(node, key).relative_to(self.folder).as_posix()
 
     def recall(self, node: str, key: str) -> tuple[Any, dict[str, Any]] | None:
-        """The remembered (result, facts) of a call, or None where it is unknown or any of its values is gone."""
+        """The remembered (result, facts) of a call, or None where it is unknown or any of its
+        values is gone."""
         path = self._call(node, key)
         if self.remote is not None and node not in self.private and not path.exists():
             data = self.remote.fetch(self._call_key(node, key))
@@ -255,14 +272,22 @@ class Store:
             return None
         return (result, record) if all(self.has(ref) for ref in refs_in(result)) else None
 
-    def remember(self, node: str, key: str, result: Any, facts: dict[str, Any], *, given: Iterable[Ref[Any]]) -> None:
+    def remember(
+        self, node: str, key: str, result: Any, facts: dict[str, Any], *, given: Iterable[Ref[Any]]
+    ) -> None:
         """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them).
 
-        `given` are the refs among its arguments, by which `pipelines.engine.forget` finds what depends on a photo.
+        `given` are the refs among its arguments, by which `pipelines.engine.forget` finds what
+        depends on a photo.
         """
         digests = sorted({ref.digest for ref in given})
         with self._writing(self._call(node, key)) as temporary:
-            temporary.write_text(json.dumps({"call": [node, key], "result": _encode(result), "given": digests, **facts}), encoding="utf-8")
+            temporary.write_text(
+                json.dumps(
+                    {"call": [node, key], "result": _encode(result), "given": digests, **facts}
+                ),
+                encoding="utf-8",
+            )
         if self.remote is not None and node not in self.private:
             self.share(refs_in(result))  # before the record that names them
             self.remote.put(self._call_key(node, key), self._call(node, key).read_bytes())
@@ -276,14 +301,20 @@ class Store:
             ("objects", "objects"),
             *((f"calls/{p.name}", f"calls/{p.name}") for p in sorted(self.folder.glob("calls/*"))),
         ]:
-            sizes = [entry.stat().st_size for entry in (self.folder / pattern).rglob("*") if entry.is_file()]
+            sizes = [
+                entry.stat().st_size
+                for entry in (self.folder / pattern).rglob("*")
+                if entry.is_file()
+            ]
             found[name] = (len(sizes), sum(sizes))
         return found
 
     def trim(self, limit: int, *, everything: bool = False) -> int:
-        """Remove the values used longest ago until at most `limit` bytes are left; returns the bytes removed.
+        """Remove the values used longest ago until at most `limit` bytes are left; returns the
+        bytes removed.
 
-        What was used within `IN_USE_SECONDS` stays unless `everything`. A removed value is recomputed when it is needed.
+        What was used within `IN_USE_SECONDS` stays unless `everything`. A removed value is
+        recomputed when it is needed.
         """
         entries = []
         for entry in (self.folder / "objects").rglob("*"):
@@ -309,7 +340,9 @@ def default_folder() -> Path:
         return Path(given)
     folder = user_cache_folder()
     if folder is None:
-        raise InputError("there is no home folder to remember results in; choose a folder with --cache or A2V_CACHE")
+        raise InputError(
+            "there is no home folder to remember results in; choose a folder with --cache or A2V_CACHE"
+        )
     return folder
 
 
@@ -346,8 +379,13 @@ def _encode(value: Any) -> Any:
     if isinstance(value, list):
         return {"list": [_encode(item) for item in value]}
     if isinstance(value, np.ndarray) and value.dtype == object:
-        return {"array": [_encode(item) for item in value.ravel().tolist()], "shape": list(value.shape)}
-    raise TypeError(f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays of refs")
+        return {
+            "array": [_encode(item) for item in value.ravel().tolist()],
+            "shape": list(value.shape),
+        }
+    raise TypeError(
+        f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays of refs"
+    )
 
 
 def decode(value: dict[str, Any]) -> Any:
@@ -363,7 +401,8 @@ def decode(value: dict[str, Any]) -> Any:
     return array.reshape(value["shape"])
 
 
-# --- the store of the running node: set around every call, so nodes say `get(ref, Kind)` and `put(value)`
+# --- the store of the running node: set around every call, so nodes say `get(ref, Kind)` and
+# `put(value)`
 
 _current: contextvars.ContextVar[Store | None] = contextvars.ContextVar("store", default=None)
 
@@ -375,7 +414,8 @@ def current() -> Store:
 
 @contextlib.contextmanager
 def using(place: Store | str | os.PathLike[str] | None) -> Iterator[Store]:
-    """Make a store, by itself or its address, the current one inside the block (None: the default folder)."""
+    """Make a store, by itself or its address, the current one inside the block (None: the default
+    folder)."""
     store = place if isinstance(place, Store) else Store(place)
     token = _current.set(store)
     try:

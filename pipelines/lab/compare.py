@@ -12,7 +12,15 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES
-from a2v.types import Body, ByteArray, OrthographicCamera, PhotoCamera, Reconstruction, RenderSettings, Subject
+from a2v.types import (
+    Body,
+    ByteArray,
+    OrthographicCamera,
+    PhotoCamera,
+    Reconstruction,
+    RenderSettings,
+    Subject,
+)
 from pipelines.answer import Answer
 from pipelines.engine.graph import Parameters
 from pipelines.engine.run import Outcome
@@ -50,13 +58,21 @@ class Options:
 
     person: PersonRequest = group(PersonRequest)
     out: str = option("the .html to write")
-    methods: str = option(f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror")
-    shown: int = option("frames of each view as pictures", default=5)
-    liquid_generator: str | None = option("Liquid Warping GAN's generator, for the method liquid", default=None, metavar="FILE")
-    liquid_uv: str | None = option(
-        "OBJ with the texture coordinates of SMPL's mesh (its mapper.txt), likewise", default=None, metavar="FILE"
+    methods: str = option(
+        f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror"
     )
-    survey: str | None = option("a user study of the same videos, .html", default=None, metavar="FILE")
+    shown: int = option("frames of each view as pictures", default=5)
+    liquid_generator: str | None = option(
+        "Liquid Warping GAN's generator, for the method liquid", default=None, metavar="FILE"
+    )
+    liquid_uv: str | None = option(
+        "OBJ with the texture coordinates of SMPL's mesh (its mapper.txt), likewise",
+        default=None,
+        metavar="FILE",
+    )
+    survey: str | None = option(
+        "a user study of the same videos, .html", default=None, metavar="FILE"
+    )
     motion: MotionRequest = group(MotionRequest)
     film: FilmRequest = group(FilmRequest)
     running: RunOptions = group(RunOptions)
@@ -74,45 +90,75 @@ def run(options: Options) -> Answer:
             raise InputError(f"cannot write {path}; expected a name that ends in .html")
         check_writable(Path(path).parent)
     if "liquid" in methods and not (options.liquid_generator and options.liquid_uv):
-        raise InputError("the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own")
+        raise InputError(
+            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own"
+        )
     films, fps, action = {}, 0.0, ""
     for method in methods:
         films[method], poses = _films(options, method)
         fps, action = poses.fps, poses.action
     photo = Path(options.person.photo).name
-    write_comparison(options.out, films, action=action, fps=fps, shown=options.shown, about=f"{photo}: {', '.join(methods)}")
+    write_comparison(
+        options.out,
+        films,
+        action=action,
+        fps=fps,
+        shown=options.shown,
+        about=f"{photo}: {', '.join(methods)}",
+    )
     files = [Path(options.out)]
     if options.survey:
-        files += [Path(options.survey), write_comparison_survey(options.survey, films, action=action, fps=fps)]
+        files += [
+            Path(options.survey),
+            write_comparison_survey(options.survey, films, action=action, fps=fps),
+        ]
     return Answer(files=files)
 
 
 def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], Poses]:
     """A method's frames by view, and the poses that they show."""
-    person = options.person if method in FLAT else dataclasses.replace(options.person, backend=method)
-    resolved = VideoRequest(person=person, motion=options.motion, film=options.film).resolve(Store(options.running.cache))
+    person = (
+        options.person if method in FLAT else dataclasses.replace(options.person, backend=method)
+    )
+    resolved = VideoRequest(person=person, motion=options.motion, film=options.film).resolve(
+        Store(options.running.cache)
+    )
     graph, parameters = resolved.graph, resolved.parameters
     if method in ("warp", "liquid"):
-        outcome = options.running.run(["subject", "body", "photo_camera", "poses", "camera"], parameters, graph=graph)
+        outcome = options.running.run(
+            ["subject", "body", "photo_camera", "poses", "camera"], parameters, graph=graph
+        )
         frames = _warped(options, method, outcome, parameters["render"])
     else:
         overrides = _mirrored(options, parameters, graph) if method == "mirror" else {}
-        outcome = options.running.run(["frame", "poses"], parameters, graph=graph, overrides=overrides)
-        frames = [[outcome.store.get(ref, Image).pixels[..., :3] for ref in column] for column in np.asarray(outcome.values["frame"]).T]
+        outcome = options.running.run(
+            ["frame", "poses"], parameters, graph=graph, overrides=overrides
+        )
+        frames = [
+            [outcome.store.get(ref, Image).pixels[..., :3] for ref in column]
+            for column in np.asarray(outcome.values["frame"]).T
+        ]
     return dict(zip(parameters["render"].views, frames, strict=True)), outcome.get("poses", Poses)
 
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
-    """The backend's surface in the photo's colours, mirrored behind, instead of the pipeline's colours."""
+    """The backend's surface in the photo's colours, mirrored behind, instead of the pipeline's
+    colours."""
     from a2v.reconstruction.colorings import color_mirrored
 
-    outcome = options.running.run(["surface", "subject", "body", "photo_camera"], parameters, graph=graph)
+    outcome = options.running.run(
+        ["surface", "subject", "body", "photo_camera"], parameters, graph=graph
+    )
     person, subject = outcome.get("surface", Reconstruction), outcome.get("subject", Subject)
-    colored = color_mirrored(person, subject, outcome.get("body", Body), outcome.get("photo_camera", PhotoCamera))
+    colored = color_mirrored(
+        person, subject, outcome.get("body", Body), outcome.get("photo_camera", PhotoCamera)
+    )
     return {"colored_surface": outcome.store.put(colored)}
 
 
-def _warped(options: Options, method: str, outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray]]:
+def _warped(
+    options: Options, method: str, outcome: Outcome, render: RenderSettings
+) -> Sequence[list[ByteArray]]:
     """The frames of every view by `a2v.lab.evaluation.warp.Warp`, or Liquid Warping GAN."""
     from a2v.animation import deform
     from a2v.animation.bind import skin_of
@@ -136,7 +182,9 @@ def _warped(options: Options, method: str, outcome: Outcome, render: RenderSetti
     ]
 
 
-def _liquid(options: Options, subject: Subject, body: Body, camera: OrthographicCamera) -> LiquidWarp:
+def _liquid(
+    options: Options, subject: Subject, body: Body, camera: OrthographicCamera
+) -> LiquidWarp:
     """Liquid Warping GAN with the user's files."""
     from a2v.lab.evaluation.liquid import Generator
     from a2v.lab.evaluation.liquid_warp import LiquidWarp, read_face_texture

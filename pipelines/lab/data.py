@@ -37,7 +37,11 @@ def run(options: Options) -> Answer:
         f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints",
         f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than "
         f"{found.length} (they hold their last pose)",
-        *([] if found.trajectory else ["no trajectory: the roots do not travel (decoders lie and plain only)"]),
+        *(
+            []
+            if found.trajectory
+            else ["no trajectory: the roots do not travel (decoders lie and plain only)"]
+        ),
         *found.notes,
         f"digest: {found.digest}",
         *(

@@ -20,7 +20,10 @@ class DataOptions:
     dataset: str = option(NAMES, choices=DATASETS, metavar="NAME")
     data: str = option("folder or archive that holds it")
     full: str | None = option(
-        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data then holds the index (cmu_mocap.zip)", default=None, metavar="FOLDER", rare=True
+        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data then holds the index (cmu_mocap.zip)",
+        default=None,
+        metavar="FOLDER",
+        rare=True,
     )
     bvh: BVHFolderSettings = settings(BVHFolderSettings)
 
@@ -29,8 +32,11 @@ class DataOptions:
         return open_dataset(self.dataset, self.data, self.bvh, full=self.full)
 
 
-def open_dataset(name: str, data: str, bvh: BVHFolderSettings, *, full: str | None = None) -> ActionDataset:
-    """Load the data set called `name`, with a bar while BVH files are read; `full`: a folder of CMU's whole data base.
+def open_dataset(
+    name: str, data: str, bvh: BVHFolderSettings, *, full: str | None = None
+) -> ActionDataset:
+    """Load the data set called `name`, with a bar while BVH files are read; `full`: a folder of
+    CMU's whole data base.
 
     Raises
     ------
@@ -55,8 +61,8 @@ def hold_out(dataset: ActionDataset, wanted: str) -> tuple[ActionDataset, Action
     Parameters
     ----------
     wanted : "none", "auto", or names of subjects separated by commas
-        "auto" takes subjects with about a fifth of the clips (always the same ones), or, where subjects are unknown, a fifth of
-        the clips of each action.
+        "auto" takes subjects with about a fifth of the clips (always the same ones), or, where
+        subjects are unknown, a fifth of the clips of each action.
 
     Raises
     ------
@@ -66,5 +72,9 @@ def hold_out(dataset: ActionDataset, wanted: str) -> tuple[ActionDataset, Action
     if wanted in ("none", ""):
         return dataset, None
     if wanted == "auto":
-        return dataset.split_clips() if len(set(dataset.subjects)) < 2 else dataset.split(dataset.choose_subjects())
+        return (
+            dataset.split_clips()
+            if len(set(dataset.subjects)) < 2
+            else dataset.split(dataset.choose_subjects())
+        )
     return dataset.split([name.strip() for name in wanted.split(",")])

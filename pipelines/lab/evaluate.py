@@ -79,23 +79,35 @@ class Options(DataOptions):
     """What the command takes."""
 
     model: tuple[str, ...] = option(f"{MODELS}; may be repeated", default=(), many="repeated")
-    evaluator: str | None = option("file of a trained action classifier", default=None, metavar="FILE")
-    actions: str = option("actions to measure each by itself too, with commas (500 clips)", default="")
-    each_action: int = option("clips of every action for a table of how each is recognised and how much it repeats its clips", default=0)
-    stand: int = option(
-        "clips of every action, as a2v motion makes them, for a table of how feet stand, how lively clips are and how seeds differ", default=0
+    evaluator: str | None = option(
+        "file of a trained action classifier", default=None, metavar="FILE"
     )
-    held_out: str = option("subjects to compare with alone too: names with commas, or auto", default="none")
+    actions: str = option(
+        "actions to measure each by itself too, with commas (500 clips)", default=""
+    )
+    each_action: int = option(
+        "clips of every action for a table of how each is recognised and how much it repeats its clips",
+        default=0,
+    )
+    stand: int = option(
+        "clips of every action, as a2v motion makes them, for a table of how feet stand, how lively clips are and how seeds differ",
+        default=0,
+    )
+    held_out: str = option(
+        "subjects to compare with alone too: names with commas, or auto", default="none"
+    )
     out: str = option("the .md to write; the .json lies beside it")
     alike: bool = option(
-        "a second table with actions drawn alike, as the papers' figures were made; its numbers go to .alike.json", default=True
+        "a second table with actions drawn alike, as the papers' figures were made; its numbers go to .alike.json",
+        default=True,
     )
     protocol: EvaluationSettings = group(EvaluationSettings)
     classifier: ClassifierSettings = settings(ClassifierSettings)
 
 
 def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
-    """The classifier: the given file, or the authors' one under the data folder, or our own beside the tables.
+    """The classifier: the given file, or the authors' one under the data folder, or our own beside
+    the tables.
 
     Raises
     ------
@@ -110,9 +122,15 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
         found = load_evaluator(published)
     else:
         folder = Path(options.out).parent
-        lacking = f"no classifier of the authors at {published}" if published else f"the authors published no classifier for {dataset.name}"
+        lacking = (
+            f"no classifier of the authors at {published}"
+            if published
+            else f"the authors published no classifier for {dataset.name}"
+        )
         print(f"{lacking}; taking ours, {folder / FILE}", file=sys.stderr)
-        training, unseen = hold_out(dataset, "auto" if options.held_out == "none" else options.held_out)
+        training, unseen = hold_out(
+            dataset, "auto" if options.held_out == "none" else options.held_out
+        )
         found = run_classifier(training, unseen, folder, options.classifier)
     found.demand_actions(dataset)
     return found
@@ -127,7 +145,11 @@ def run(options: Options) -> Answer:
     evaluator = find_evaluator(options, dataset)
     table = _Table(out, dataset, evaluator, protocol, opened)
     scores = table.measure()
-    text = [f"# {dataset.name}", f"Protocol: {protocol.name}; classifier {evaluator.source}.", markdown_table(scores)]
+    text = [
+        f"# {dataset.name}",
+        f"Protocol: {protocol.name}; classifier {evaluator.source}.",
+        markdown_table(scores),
+    ]
     if physics := physics_table(scores):
         text += [
             f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} clips (real motions are not at zero either):",
@@ -136,11 +158,19 @@ def run(options: Options) -> Answer:
     content = table.content(scores)
     if options.alike and protocol.labels == "data":
         text += _alike(
-            _Table(out.with_suffix(".alike.md"), dataset, evaluator, replace(protocol, labels="uniform", physics_clips=0), opened)
+            _Table(
+                out.with_suffix(".alike.md"),
+                dataset,
+                evaluator,
+                replace(protocol, labels="uniform", physics_clips=0),
+                opened,
+            )
         )
     if options.actions:
         alone = replace(protocol, clips=min(500, protocol.clips), physics_clips=0)
-        tables = table.measure_actions([name.strip() for name in options.actions.split(",")], alone, content)
+        tables = table.measure_actions(
+            [name.strip() for name in options.actions.split(",")], alone, content
+        )
         text += [
             f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
             action_table(tables),
@@ -152,18 +182,40 @@ def run(options: Options) -> Answer:
         measured = {}
         for name, generate in table.models.items():
             with bar(name, "action") as progress:
-                rows = score_actions(generate, dataset, evaluator, clips=options.each_action, seed=protocol.seed, progress=progress)
-            text += [f"Every action of {name}, {options.each_action} clips each (zero classifier state):", vocabulary_table(rows)]
+                rows = score_actions(
+                    generate,
+                    dataset,
+                    evaluator,
+                    clips=options.each_action,
+                    seed=protocol.seed,
+                    progress=progress,
+                )
+            text += [
+                f"Every action of {name}, {options.each_action} clips each (zero classifier state):",
+                vocabulary_table(rows),
+            ]
             measured[name] = [asdict(row) for row in rows]
         content["vocabulary"] = {"clips": options.each_action, "scores": measured}
     if options.stand:
         rows_of = _standing(options, dataset)
         for name, scored in rows_of.items():
-            text += [f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:", standing_table(scored)]
-        content["standing"] = {"clips": options.stand, "scores": {name: [asdict(row) for row in scored] for name, scored in rows_of.items()}}
+            text += [
+                f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:",
+                standing_table(scored),
+            ]
+        content["standing"] = {
+            "clips": options.stand,
+            "scores": {name: [asdict(row) for row in scored] for name, scored in rows_of.items()},
+        }
     if unseen is not None:
         with bar("held out", "set") as progress:
-            against = evaluate({"Training clips": recorded(training), **table.models}, unseen, evaluator, protocol, progress=progress)
+            against = evaluate(
+                {"Training clips": recorded(training), **table.models},
+                unseen,
+                evaluator,
+                protocol,
+                progress=progress,
+            )
         text += [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
         content["held_out"] = {
             "subjects": sorted(set(unseen.subjects)), "clips": len(unseen), "sha256": unseen.digest, "training_sha256": training.digest,
@@ -173,22 +225,31 @@ def run(options: Options) -> Answer:
 
 
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
-    """How the clips of the exported models of the data set's own actions stand, by the models' names."""
+    """How the clips of the exported models of the data set's own actions stand, by the models'
+    names."""
     found = {}
     for name in options.model:
-        if Path(name).suffix == ".pt" or (model := MotionModel.load(name)).actions != dataset.actions:
+        if (
+            Path(name).suffix == ".pt"
+            or (model := MotionModel.load(name)).actions != dataset.actions
+        ):
             continue
 
         def make(action: str, seed: int, model: MotionModel = model) -> Motion:
-            return make_motion(model, [Step(action=action)], Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed))
+            return make_motion(
+                model, [Step(action=action)], Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed)
+            )
 
         with bar(name, "action") as progress:
-            found[name] = score_standing(make, dataset, clips=options.stand, seconds=SECONDS, progress=progress)
+            found[name] = score_standing(
+                make, dataset, clips=options.stand, seconds=SECONDS, progress=progress
+            )
     return found
 
 
 def _alike(table: _Table) -> list[str]:
-    """The table with actions drawn alike, with recordings that are drawn alike and the papers' own figures."""
+    """The table with actions drawn alike, with recordings that are drawn alike and the papers' own
+    figures."""
     scores = table.measure()
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)
@@ -201,17 +262,29 @@ def _alike(table: _Table) -> list[str]:
 
 
 class _Table:
-    """The rows of a table. Those that its file has of the same models, data, classifier and protocol are kept: a killed run goes on,
-    and a model can be added.
+    """The rows of a table. Those that its file has of the same models, data, classifier and
+    protocol are kept: a killed run goes on, and a model can be added.
     """
 
     def __init__(
-        self, out: Path, dataset: ActionDataset, evaluator: Evaluator, protocol: EvaluationSettings, opened: Mapping[str, Evaluated]
+        self,
+        out: Path,
+        dataset: ActionDataset,
+        evaluator: Evaluator,
+        protocol: EvaluationSettings,
+        opened: Mapping[str, Evaluated],
     ) -> None:
         self.out, self.dataset, self._evaluator, self._protocol = out, dataset, evaluator, protocol
-        self._described = {name: {"sha256": model.digest, "trained_on": model.trained_on or None} for name, model in opened.items()}
-        self.models: Mapping[str, Generate] = {name: model.generate for name, model in opened.items()}
-        self._known, self._known_actions = _known_rows(out.with_suffix(".json"), self.content([]), self._described)
+        self._described = {
+            name: {"sha256": model.digest, "trained_on": model.trained_on or None}
+            for name, model in opened.items()
+        }
+        self.models: Mapping[str, Generate] = {
+            name: model.generate for name, model in opened.items()
+        }
+        self._known, self._known_actions = _known_rows(
+            out.with_suffix(".json"), self.content([]), self._described
+        )
 
     def content(self, rows: Sequence[Scores]) -> dict[str, object]:
         """The numbers of `rows`, and what they were measured with."""
@@ -228,7 +301,15 @@ class _Table:
             write_numbers(self.out, self.content(measured) | {"unfinished": True})
 
         with bar("evaluate", "set") as progress:
-            return evaluate(self.models, self.dataset, self._evaluator, self._protocol, known=self._known, progress=progress, on_row=keep)
+            return evaluate(
+                self.models,
+                self.dataset,
+                self._evaluator,
+                self._protocol,
+                known=self._known,
+                progress=progress,
+                on_row=keep,
+            )
 
     def measure_actions(
         self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
@@ -238,27 +319,49 @@ class _Table:
 
         def keep(action: str, row: Scores) -> None:
             single.setdefault(action, []).append(row)
-            write_numbers(self.out, {**content, **_actions_content(protocol, single), "unfinished": True})
+            write_numbers(
+                self.out, {**content, **_actions_content(protocol, single), "unfinished": True}
+            )
 
         with bar("actions", "set") as progress:
             return evaluate_actions(
-                self.models, self.dataset, self._evaluator, actions, protocol, rows=ActionRows(self._known_actions, keep), progress=progress
+                self.models,
+                self.dataset,
+                self._evaluator,
+                actions,
+                protocol,
+                rows=ActionRows(self._known_actions, keep),
+                progress=progress,
             )
 
 
-def _actions_content(protocol: EvaluationSettings, rows: Mapping[str, Sequence[Scores]]) -> dict[str, object]:
-    return {"actions": {"clips": protocol.clips, "scores": {action: scores_as_dict(part) for action, part in rows.items()}}}
+def _actions_content(
+    protocol: EvaluationSettings, rows: Mapping[str, Sequence[Scores]]
+) -> dict[str, object]:
+    return {
+        "actions": {
+            "clips": protocol.clips,
+            "scores": {action: scores_as_dict(part) for action, part in rows.items()},
+        }
+    }
 
 
 def _known_rows(
     path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
-    """Rows of an earlier table at `path` that measuring again would give again: by name, and those of single actions by action and name."""
+    """Rows of an earlier table at `path` that measuring again would give again: by name, and those
+    of single actions by action and name."""
     try:
         old = json.loads(path.read_text(encoding="utf-8"))
-        if any(old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")):
+        if any(
+            old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")
+        ):
             return {}, {}
-        kept = {REAL, REAL_ALIKE, *(name for name, about in models.items() if old["models"].get(name) == about)}
+        kept = {
+            REAL,
+            REAL_ALIKE,
+            *(name for name, about in models.items() if old["models"].get(name) == about),
+        }
 
         def rows(part: Mapping[str, Any]) -> dict[str, Scores]:
             return scores_from_dict({name: row for name, row in part.items() if name in kept})
@@ -269,7 +372,12 @@ def _known_rows(
         return {}, {}  # none, or not such a table: it is measured anew and replaced
 
 
-def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, Evaluated]) -> str:
+def _describe_split(
+    training: ActionDataset,
+    unseen: ActionDataset,
+    evaluator: Evaluator,
+    models: Mapping[str, Evaluated],
+) -> str:
     """Who is compared with whom, and which models and classifiers have seen the held-out people."""
     people = sorted(set(unseen.subjects))
     blind = [name for name, model in models.items() if model.trained_on == training.digest]

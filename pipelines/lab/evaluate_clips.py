@@ -15,7 +15,15 @@ from a2v.footage.follow import Followed
 from a2v.footage.reading import open_reel
 from a2v.footage.settings import FollowSettings
 from a2v.io import atomic_path, sha256
-from a2v.lab.evaluation.films import SHOTS, FilmScore, Shot, film_sheet, film_tables, measure, shoot_panel
+from a2v.lab.evaluation.films import (
+    SHOTS,
+    FilmScore,
+    Shot,
+    film_sheet,
+    film_tables,
+    measure,
+    shoot_panel,
+)
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.inputs import check_writable
@@ -58,7 +66,9 @@ class Options:
         known = {shot.name: shot for shot in SHOTS}
         asked = [name.strip() for name in self.only.split(",")]
         if unknown := [name for name in asked if name not in known]:
-            raise InputError(f"film '{unknown[0]}' is not in the panel; choose from {', '.join(known)}")
+            raise InputError(
+                f"film '{unknown[0]}' is not in the panel; choose from {', '.join(known)}"
+            )
         return tuple(known[name] for name in asked)
 
 
@@ -79,9 +89,19 @@ def run(options: Options) -> Answer:
         "Slide: of feet while the truth's stand.",
         *film_tables(scores),
     ]
-    content = {"follow": dataclasses.asdict(options.follow), "films": [{**dataclasses.asdict(shot), **dataclasses.asdict(score)} for shot, score in zip(shots, scores, strict=True)]}
+    content = {
+        "follow": dataclasses.asdict(options.follow),
+        "films": [
+            {**dataclasses.asdict(shot), **dataclasses.asdict(score)}
+            for shot, score in zip(shots, scores, strict=True)
+        ],
+    }
     written = write_table(out, text, content)
-    rows = [np.asarray(cv2.imread(str(path))) for shot in shots if (path := folder / f"{shot.name}.png").exists()]
+    rows = [
+        np.asarray(cv2.imread(str(path)))
+        for shot in shots
+        if (path := folder / f"{shot.name}.png").exists()
+    ]
     if rows:
         with atomic_path(out.with_suffix(".jpg")) as temporary:
             cv2.imwrite(str(temporary), np.concatenate(rows), [cv2.IMWRITE_JPEG_QUALITY, 80])
@@ -91,13 +111,18 @@ def run(options: Options) -> Answer:
 def _measured(shot: Shot, options: Options, folder: Path) -> FilmScore:
     """The score of a film; what is kept of the same film and settings is not measured again."""
     film, path = shoot_panel(shot, options.data, folder)
-    key, kept = sha256(json.dumps([sha256(path), dataclasses.asdict(options.follow)]).encode())[:16], folder / f"{shot.name}.json"
+    key, kept = (
+        sha256(json.dumps([sha256(path), dataclasses.asdict(options.follow)]).encode())[:16],
+        folder / f"{shot.name}.json",
+    )
     if kept.exists() and (known := json.loads(kept.read_text(encoding="utf-8")))["key"] == key:
         return FilmScore(**known["score"])
     score, followed = measure(shot, film, path, options.follow)
     _draw(path, followed, folder / f"{shot.name}.png")
     with atomic_path(kept) as temporary:
-        temporary.write_text(json.dumps({"key": key, "score": dataclasses.asdict(score)}), encoding="utf-8")
+        temporary.write_text(
+            json.dumps({"key": key, "score": dataclasses.asdict(score)}), encoding="utf-8"
+        )
     return score
 
 
@@ -105,6 +130,8 @@ def _draw(path: Path, followed: Followed, target: Path) -> None:
     """Six frames of a film above what was found of them."""
     with open_reel(path) as reel:
         frames = [shown.image for shown in reel.frames(side=480)]
-    picture = film_sheet(frames[round(followed.facts["from"] * followed.motion.fps) :], followed.motion)
+    picture = film_sheet(
+        frames[round(followed.facts["from"] * followed.motion.fps) :], followed.motion
+    )
     with atomic_path(target) as temporary:
         cv2.imwrite(str(temporary), picture[..., ::-1])

@@ -1,4 +1,5 @@
-"""``a2v evaluate moved``: characters from ordinary photographs, put into other poses beside the true people in the same poses."""
+"""``a2v evaluate moved``: characters from ordinary photographs, put into other poses beside the
+true people in the same poses."""
 
 from __future__ import annotations
 
@@ -33,9 +34,7 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 from pipelines.requests.person import PersonStages
 
-HELP = (
-    "Measure characters that are moved: made from ordinary photographs of people whom nothing has seen, put into a T-pose and into motion."
-)
+HELP = "Measure characters that are moved: made from ordinary photographs of people whom nothing has seen, put into a T-pose and into motion."
 EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --out moved.md
   a2v evaluate moved --data ../shared/data --photos 8 --out moved.md                   the first eight photos of the panel
@@ -57,7 +56,10 @@ class Options:
     panel: str = option("which photos", default="development", choices=tuple(MOVED_PANELS))
     photos: int = option("at most so many of them, the first ones", default=20)
     only: str = option("photos by their numbers, with commas; instead of --photos", default="")
-    label: str = option("what the table calls this way to make characters; the character's own name by default", default="")
+    label: str = option(
+        "what the table calls this way to make characters; the character's own name by default",
+        default="",
+    )
     sheet: int = option("photos on the picture sheet, 0 for none", default=20)
     out: str = option("the .md to write; .json and .jpg lie beside it")
     protocol: MovedSettings = group(MovedSettings)
@@ -84,7 +86,9 @@ class Options:
         known = {str(pin.index): pin for pin in pins}
         asked = [number.strip() for number in self.only.split(",")]
         if unknown := [number for number in asked if number not in known]:
-            raise InputError(f"photo '{unknown[0]}' is not in the panel {self.panel}; choose from {', '.join(known)}")
+            raise InputError(
+                f"photo '{unknown[0]}' is not in the panel {self.panel}; choose from {', '.join(known)}"
+            )
         return tuple(known[number] for number in asked)
 
 
@@ -112,11 +116,15 @@ def run(options: Options) -> Answer:
         photo_table(everything),
     ]
     content = {
-        "protocol": dataclasses.asdict(options.protocol) | {"panel": options.panel, "version": VERSION},
+        "protocol": dataclasses.asdict(options.protocol)
+        | {"panel": options.panel, "version": VERSION},
         "photos": [dataclasses.asdict(outcome) for outcome in everything],
     }
     written = write_table(out, text, content)
-    _write_sheet(out.with_suffix(".jpg"), [_key(folder, outcome, ".png") for outcome in everything][: options.sheet])
+    _write_sheet(
+        out.with_suffix(".jpg"),
+        [_key(folder, outcome, ".png") for outcome in everything][: options.sheet],
+    )
     return table_result(out, written, content)
 
 
@@ -125,21 +133,35 @@ def _key(folder: Path, outcome: MovedOutcome, suffix: str) -> Path:
 
 
 def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
-    """What came of a photo; what is kept of the same character and protocol is not measured again."""
+    """What came of a photo; what is kept of the same character and protocol is not measured
+    again."""
     store = Store(options.running.cache)
     case = open_moved_case(pin, options.data, folder.parent / "cases")
     photo = _as_file(case, folder)
     outcome = MovedOutcome(case.name, case.index, case.stance, options.method)
     try:
-        made = options.running.run(["character", "subject", "photo_camera"], options.stages.with_photo(os.fspath(photo)).resolve(store))
+        made = options.running.run(
+            ["character", "subject", "photo_camera"],
+            options.stages.with_photo(os.fspath(photo)).resolve(store),
+        )
     except InputError as error:
         return _keep(dataclasses.replace(outcome, failure=str(error)), folder, "")
-    key = sha256(json.dumps([made.values["character"].digest, dataclasses.asdict(options.protocol), VERSION]).encode())[:16]
+    key = sha256(
+        json.dumps(
+            [made.values["character"].digest, dataclasses.asdict(options.protocol), VERSION]
+        ).encode()
+    )[:16]
     path = _key(folder, outcome, ".json")
     if path.exists() and (known := json.loads(path.read_text(encoding="utf-8")))["key"] == key:
         return MovedOutcome(**known["outcome"])
     character = made.get("character", Character)
-    moved = move(case, character, made.get("photo_camera", PhotoCamera), made.get("subject", Subject), options.protocol)
+    moved = move(
+        case,
+        character,
+        made.get("photo_camera", PhotoCamera),
+        made.get("subject", Subject),
+        options.protocol,
+    )
     scores = compare_moved(case, moved, options.protocol)
     outcome = dataclasses.replace(outcome, scores=scores, triangles=len(character.surface.faces))
     with atomic_path(_key(folder, outcome, ".png")) as temporary:
@@ -150,7 +172,9 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
 def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
     """Write an outcome down; one without a key is tried again the next time."""
     with atomic_path(_key(folder, outcome, ".json")) as temporary:
-        temporary.write_text(json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8")
+        temporary.write_text(
+            json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8"
+        )
     return outcome
 
 
@@ -167,12 +191,17 @@ def _as_file(case: MovedCase, folder: Path) -> Path:
 
 def _known(folder: Path, options: Options, indices: set[int]) -> list[MovedOutcome]:
     """Every kept outcome of these photos, of whatever character, by photo."""
-    found = [MovedOutcome(**json.loads(path.read_text(encoding="utf-8"))["outcome"]) for path in sorted(folder.glob("*.json"))]
+    found = [
+        MovedOutcome(**json.loads(path.read_text(encoding="utf-8"))["outcome"])
+        for path in sorted(folder.glob("*.json"))
+    ]
     return [outcome for outcome in found if outcome.index in indices]
 
 
 def _write_sheet(path: Path, pictures: Iterable[Path]) -> None:
-    rows = [np.asarray(cv2.imread(str(picture)))[..., ::-1] for picture in pictures if picture.exists()]
+    rows = [
+        np.asarray(cv2.imread(str(picture)))[..., ::-1] for picture in pictures if picture.exists()
+    ]
     if rows:
         with atomic_path(path) as temporary:
             cv2.imwrite(str(temporary), stack_rows(rows)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])

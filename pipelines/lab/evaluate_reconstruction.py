@@ -1,4 +1,5 @@
-"""``a2v evaluate reconstruction``: measure reconstructions of people from photos against the truth."""
+"""``a2v evaluate reconstruction``: measure reconstructions of people from photos against the
+truth."""
 
 from __future__ import annotations
 
@@ -37,9 +38,7 @@ from pipelines.bar import bar
 from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 
-HELP = (
-    "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colours, time, memory."
-)
+HELP = "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colours, time, memory."
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
@@ -64,9 +63,13 @@ class Options:
     data: str = option("folder with avatars/ and the motion data")
     studio: str = option("folder of a2v studio")
     methods: str = option(
-        "BACKEND or BACKEND:COLOURING, with commas", default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored"
+        "BACKEND or BACKEND:COLOURING, with commas",
+        default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
     )
-    weights: str = option("folder of reconstruction weights of one's own (a2v train reconstruction) for pifu", default="")
+    weights: str = option(
+        "folder of reconstruction weights of one's own (a2v train reconstruction) for pifu",
+        default="",
+    )
     sheet: int = option("photos on the picture sheet, 0 for none", default=8)
     memory: bool = option("measure each method's memory, in a process of its own", default=True)
     out: str = option("the .md to write; .json and .jpg lie beside it")
@@ -89,7 +92,11 @@ def run(options: Options) -> Answer:
     if options.memory:
         first = next(pin for pin in PANELS[protocol.panel] if pin.index == good[0].index)
         case = open_case(studio, first, measured.cases)
-        memory = {method.name: peak_memory(case, method, protocol) for method in methods if not method.character}
+        memory = {
+            method.name: peak_memory(case, method, protocol)
+            for method in methods
+            if not method.character
+        }
     text = [
         "# Reconstruction",
         f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
@@ -102,11 +109,16 @@ def run(options: Options) -> Answer:
     ]
     for method in methods:
         if method.coloring == "ours":
-            text += [f"## {method.name}", *(group_table(outcomes, method.name, by) for by in ("pose", "identity", "outfit"))]
+            text += [
+                f"## {method.name}",
+                *(group_table(outcomes, method.name, by) for by in ("pose", "identity", "outfit")),
+            ]
     content = report(outcomes, memory, protocol, studio)
     written = write_table(out, text, content)
     if options.sheet:
-        sheet = stack_rows([measured.sheet(outcome.index, methods) for outcome in good[: options.sheet]])
+        sheet = stack_rows(
+            [measured.sheet(outcome.index, methods) for outcome in good[: options.sheet]]
+        )
         with atomic_path(out.with_suffix(".jpg")) as temporary:
             cv2.imwrite(str(temporary), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
     return table_result(out, written, content)
@@ -117,22 +129,30 @@ def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
     return open_case(studio, pin, measured.cases, turn=turn)
 
 
-def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]) -> list[Outcome]:
+def _measure(
+    measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]
+) -> list[Outcome]:
     """What came of every photo; those that `measured` has are not done again."""
     outcomes: list[Outcome] = []
     views = PANELS[protocol.panel][: protocol.views]
     with bar("photos", "photo") as progress:
         for done, pin in enumerate(views):
             outcome = measured.load(pin.index, methods)
-            missing = [method for method in methods if outcome is None or method.name not in outcome.scores]
+            missing = [
+                method for method in methods if outcome is None or method.name not in outcome.scores
+            ]
             if missing:
                 again = functools.partial(_again, studio, pin, measured)
-                result = evaluate_case(open_case(studio, pin, measured.cases), missing, protocol, again)
+                result = evaluate_case(
+                    open_case(studio, pin, measured.cases), missing, protocol, again
+                )
                 measured.save(result, missing)
                 outcome = outcome.with_others(result.outcome) if outcome else result.outcome
             assert outcome is not None
             if outcome.failure:
-                print(f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr)
+                print(
+                    f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr
+                )
             outcomes.append(outcome)
             progress(done + 1, len(views))
     return outcomes

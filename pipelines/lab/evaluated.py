@@ -1,4 +1,5 @@
-"""What `a2v evaluate` measures: exported motion models, baselines, and recordings whose frames are lost."""
+"""What `a2v evaluate` measures: exported motion models, baselines, and recordings whose frames are
+lost."""
 
 from __future__ import annotations
 
@@ -8,7 +9,12 @@ from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset, load_dataset
-from a2v.lab.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline, open_baseline
+from a2v.lab.evaluation.baselines import (
+    FIRST_FRAME,
+    first_frame_and_zeros,
+    generator_of_baseline,
+    open_baseline,
+)
 from a2v.lab.evaluation.protocol import Generate, generator_of, generator_of_families
 from a2v.motion import MotionModel
 from pipelines.requests.motion import MODEL
@@ -22,7 +28,8 @@ FINER = {"cmu": "cmu-fine"}
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A model that is measured: how it is sampled, the SHA-256 of its file, and the digest of the data that it learned from, if known."""
+    """A model that is measured: how it is sampled, the SHA-256 of its file, and the digest of the
+    data that it learned from, if known."""
 
     generate: Generate
     digest: str
@@ -30,12 +37,14 @@ class Evaluated:
 
 
 def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
-    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of finer actions.
+    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of
+    finer actions.
 
     Raises
     ------
     InputError
-        One is missing or knows other joints or actions, unless they are finer ones of the same clips.
+        One is missing or knows other joints or actions, unless they are finer ones of the same
+        clips.
     """
     models: dict[str, Evaluated] = {}
     for name in names:
@@ -45,22 +54,34 @@ def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict
         if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
             shown = f"{kind} ({path.parent.name}/{path.name})"
         if shown in models:
-            raise InputError(f"model '{name}' is given twice, or two models lie in folders of the same name; rename one")
+            raise InputError(
+                f"model '{name}' is given twice, or two models lie in folders of the same name; rename one"
+            )
         models[shown] = model
     return models
 
 
 def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[str, Evaluated]:
     if name == FIRST_FRAME:
-        return "a real first pose, then zeros", Evaluated(first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest)
+        return "a real first pose, then zeros", Evaluated(
+            first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest
+        )
     if path.suffix == ".pt":
         trained = open_baseline(name, dataset)
-        return trained.name, Evaluated(generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest)
+        return trained.name, Evaluated(
+            generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest
+        )
     model = MotionModel.load(name)
     finer = model.card.dataset == FINER.get(dataset.name)
-    if (model.actions != dataset.actions and not finer) or model.card.joint_names != dataset.skeleton.joint_names:
-        raise InputError(f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}")
+    if (
+        model.actions != dataset.actions and not finer
+    ) or model.card.joint_names != dataset.skeleton.joint_names:
+        raise InputError(
+            f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}"
+        )
     generate = generator_of(model, dataset.length)
     if finer:
-        generate = generator_of_families(model, load_dataset(model.card.dataset, data), dataset, dataset.length)
+        generate = generator_of_families(
+            model, load_dataset(model.card.dataset, data), dataset, dataset.length
+        )
     return model.card.decoder, Evaluated(generate, model.digest, model.card.dataset_digest or "")

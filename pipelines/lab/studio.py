@@ -29,7 +29,9 @@ class Options:
     data: str = option("folder with avatars/ and the motion data")
     out: str = option("folder of the data set")
     training: int = option("views of the training split, in all", default=1000)
-    validation: int = option("views of people and outfits that training never shows, in all", default=60)
+    validation: int = option(
+        "views of people and outfits that training never shows, in all", default=60
+    )
     workers: int = option("processes, each on one core", default=1)
     studio: StudioSettings = group(StudioSettings)
 
@@ -38,6 +40,15 @@ def run(options: Options) -> Answer:
     """Fill the folder; validation views first."""
     counts = {"validation": options.validation, "training": options.training}
     with bar("views", "view") as progress:
-        rate = write_views(options.out, options.data, counts, settings=options.studio, workers=options.workers, progress=progress)
+        rate = write_views(
+            options.out,
+            options.data,
+            counts,
+            settings=options.studio,
+            workers=options.workers,
+            progress=progress,
+        )
     text = f"{options.out}: {options.training} training and {options.validation} validation views; {rate:.2f} new ones a second"
-    return Answer(files=[Path(options.out)], text=text, facts={"views": counts, "new_a_second": rate})
+    return Answer(
+        files=[Path(options.out)], text=text, facts={"views": counts, "new_a_second": rate}
+    )

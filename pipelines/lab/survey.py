@@ -42,17 +42,29 @@ participant saves a file of answers at the end; --analyse counts them and writes
 class Options:
     """What the command takes."""
 
-    model: tuple[str, ...] = option(f"{MODEL}, or the baseline.pt of a2v train baseline; may be repeated", default=(), many="repeated")
+    model: tuple[str, ...] = option(
+        f"{MODEL}, or the baseline.pt of a2v train baseline; may be repeated",
+        default=(),
+        many="repeated",
+    )
     motions: tuple[str, ...] = option(
-        "NAME=FILE (.npz, .bvh): clips of another system; may be repeated", default=(), many="repeated", metavar="NAME=FILE"
+        "NAME=FILE (.npz, .bvh): clips of another system; may be repeated",
+        default=(),
+        many="repeated",
+        metavar="NAME=FILE",
     )
     dataset: str | None = option("data set of the real motions (a2v data)", default=None)
     data: str | None = option("folder or archive that holds it", default=None)
     action: str | None = option("actions to ask about, with commas; all by default", default=None)
     frames: int = option("frames a clip", default=60)
     analyse: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
-    key: str | None = option("the key that was written beside the page", default=None, metavar="FILE")
-    out: str | None = option("the .html to write, or a .png or .svg of the clips alone; with --analyse the .md", default=None)
+    key: str | None = option(
+        "the key that was written beside the page", default=None, metavar="FILE"
+    )
+    out: str | None = option(
+        "the .html to write, or a .png or .svg of the clips alone; with --analyse the .md",
+        default=None,
+    )
     survey: SurveySettings = group(SurveySettings)
 
 
@@ -66,9 +78,15 @@ def run(options: Options) -> Answer:
     picture = Path(options.out).suffix in (".png", ".svg")
     sources = _sources(options, 1 if picture else chosen.preference + chosen.real_or_fake)
     if picture:
-        rows = {f"{name}, {action}": clips[0] for name, own in sources.items() for action, clips in own.items()}
+        rows = {
+            f"{name}, {action}": clips[0]
+            for name, own in sources.items()
+            for action, clips in own.items()
+        }
         if len(rows) > MAX_ROWS:
-            raise InputError(f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name fewer with --action")
+            raise InputError(
+                f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name fewer with --action"
+            )
         save_figure(options.out, plot_rows(list(rows.values()), titles=list(rows)))
         return Answer(files=[Path(options.out)])
     with bar("survey", "clip") as progress:
@@ -77,16 +95,21 @@ def run(options: Options) -> Answer:
 
 
 def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motion]]]:
-    """Clips by source and action; clips of an action are equally long, since a length would give its source away."""
+    """Clips by source and action; clips of an action are equally long, since a length would give
+    its source away."""
     if not 2 <= options.frames <= 1000:
         raise InputError(f"frames is {options.frames}; expected 2 to 1000")
     models: dict[str, MotionModel | Path] = {}
     for name in options.model:
         path = Path(name)
         learned = path.suffix == ".pt"
-        models[path.parent.name if learned else path.stem] = path if learned else MotionModel.load(name)
+        models[path.parent.name if learned else path.stem] = (
+            path if learned else MotionModel.load(name)
+        )
     if len(models) < len(options.model):
-        raise InputError(f"two models have the name {', '.join(sorted({Path(name).stem for name in options.model}))}; rename one file")
+        raise InputError(
+            f"two models have the name {', '.join(sorted({Path(name).stem for name in options.model}))}; rename one file"
+        )
     sources: dict[str, dict[str, list[Motion]]] = {}
     actions = [name.strip() for name in options.action.split(",")] if options.action else None
     lengths: dict[str, int] = {}
@@ -105,8 +128,14 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
             raise InputError(f"--motions is '{entry}'; expected NAME=FILE")
         motion = read_motion(file)
         clips = [motion[index] for index in np.ndindex(motion.batch)] if motion.batch else [motion]
-        others.setdefault(name, {}).setdefault(motion.action, []).extend(clip.first(options.frames) for clip in clips)
-    if taken := sorted(name for name in (*models, *others) if name.lower() == REAL or not name or (name in models and name in others)):
+        others.setdefault(name, {}).setdefault(motion.action, []).extend(
+            clip.first(options.frames) for clip in clips
+        )
+    if taken := sorted(
+        name
+        for name in (*models, *others)
+        if name.lower() == REAL or not name or (name in models and name in others)
+    ):
         raise InputError(
             f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the recorded clips and every name stands once; "
             "rename the model's file or the NAME of --motions"
@@ -124,17 +153,25 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
             frames = lengths.get(action, options.frames)
             seed = options.survey.seed * 1000 + place * 100 + index
             if not isinstance(model, MotionModel):
-                sources[name][action] = _of_baseline(model, options, action, frames=frames, count=clips_each, seed=seed)
+                sources[name][action] = _of_baseline(
+                    model, options, action, frames=frames, count=clips_each, seed=seed
+                )
                 continue
             batch = model.sample(action, frames=frames, count=clips_each + 1, seed=seed)
             sources[name][action] = [batch[i] for i in range(clips_each)]
     for name, own in others.items():
         known = {plain_name(action): action for action in actions}
-        sources[name] = {known[plain_name(action)]: clips for action, clips in own.items() if plain_name(action) in known}
+        sources[name] = {
+            known[plain_name(action)]: clips
+            for action, clips in own.items()
+            if plain_name(action) in known
+        }
     return sources
 
 
-def _of_baseline(path: Path, options: Options, action: str, *, frames: int, count: int, seed: int) -> list[Motion]:
+def _of_baseline(
+    path: Path, options: Options, action: str, *, frames: int, count: int, seed: int
+) -> list[Motion]:
     """Clips of a trained baseline, whose first poses are those of the data set."""
     if options.dataset is None or options.data is None:
         raise InputError(f"give --dataset and --data, which {path} learned from")
@@ -142,12 +179,22 @@ def _of_baseline(path: Path, options: Options, action: str, *, frames: int, coun
     trained = open_baseline(str(path), dataset)
     known = {plain_name(name): name for name in dataset.actions}
     if plain_name(action) not in known:
-        raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
-    return [clip.first(min(frames, clip.frames)) for clip in baseline_motions(trained, dataset, known[plain_name(action)], count=count, seed=seed)]
+        raise InputError(
+            f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}"
+        )
+    return [
+        clip.first(min(frames, clip.frames))
+        for clip in baseline_motions(
+            trained, dataset, known[plain_name(action)], count=count, seed=seed
+        )
+    ]
 
 
-def _real_clips(name: str, options: Options, questions: int) -> tuple[dict[str, list[Motion]], dict[str, int]]:
-    """Random real clips of the data set `name` by action, cut to the action's median length or --frames, and that length by action."""
+def _real_clips(
+    name: str, options: Options, questions: int
+) -> tuple[dict[str, list[Motion]], dict[str, int]]:
+    """Random real clips of the data set `name` by action, cut to the action's median length or
+    --frames, and that length by action."""
     if options.data is None:
         raise InputError("give --data: the folder or archive of --dataset")
     dataset = load_dataset(name, options.data)
@@ -180,6 +227,8 @@ def _analyse(options: Options) -> Answer:
         with atomic_path(out) as temporary:
             temporary.write_text(f"# {key['title']}\n\n{table}\n", encoding="utf-8")
         with atomic_path(out.with_suffix(".json")) as temporary:
-            temporary.write_text(json.dumps(result.as_dict() | {"survey": key["survey"]}, indent=1), encoding="utf-8")
+            temporary.write_text(
+                json.dumps(result.as_dict() | {"survey": key["survey"]}, indent=1), encoding="utf-8"
+            )
         text, files = f"{table}\n{out}", [out, out.with_suffix(".json")]
     return Answer(text=text, files=files, facts=result.as_dict())

@@ -28,7 +28,8 @@ def table_path(out: str) -> Path:
 
 
 def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object]) -> str:
-    """Write `parts`, an empty line between each two, to `path` and `content` beside it; returns the text."""
+    """Write `parts`, an empty line between each two, to `path` and `content` beside it; returns the
+    text."""
     joined = "\n\n".join(parts) + "\n"
     with atomic_path(path) as temporary:
         temporary.write_text(joined, encoding="utf-8")
@@ -38,7 +39,9 @@ def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object])
 
 def table_result(path: Path, text: str, content: Mapping[str, object]) -> Answer:
     """What a measuring command gives back of what `write_table` wrote."""
-    return Answer(files=[path, path.with_suffix(".json")], text=f"{text}\n{path}", facts={"numbers": content})
+    return Answer(
+        files=[path, path.with_suffix(".json")], text=f"{text}\n{path}", facts={"numbers": content}
+    )
 
 
 def write_numbers(path: Path, content: Mapping[str, object]) -> None:

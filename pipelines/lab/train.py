@@ -1,4 +1,5 @@
-"""``a2v train``: train a model, or go on with a run; what can be trained are commands of their own."""
+"""``a2v train``: train a model, or go on with a run; what can be trained are commands of their
+own."""
 
 from __future__ import annotations
 

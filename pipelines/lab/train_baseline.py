@@ -35,7 +35,14 @@ def run(options: Options) -> Answer:
     with training_bar(f"{dataset.name} {chosen.name}", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:
-            show(row, {name: value for name, value in row.items() if name in ("loss", "discriminator", "generator")})
+            show(
+                row,
+                {
+                    name: value
+                    for name, value in row.items()
+                    if name in ("loss", "discriminator", "generator")
+                },
+            )
 
         train_baseline(dataset, options.out, settings=chosen, on_log=on_log)
     return Answer(files=[Path(options.out) / FILE])

@@ -1,4 +1,5 @@
-"""``a2v train bodymap``: the network that says where on the body each pixel of a person is, and how deep."""
+"""``a2v train bodymap``: the network that says where on the body each pixel of a person is, and how
+deep."""
 
 from __future__ import annotations
 
@@ -14,9 +15,7 @@ from pipelines.bar import bar
 from pipelines.lab.training import RESUMES, training_bar
 from pipelines.options import option, settings
 
-HELP = (
-    "Make quick views, then train the network that says of each pixel its place on the body and its depth, and of a picture 33 landmarks."
-)
+HELP = "Make quick views, then train the network that says of each pixel its place on the body and its depth, and of a picture 33 landmarks."
 EXAMPLES = f"""examples:
   a2v train bodymap --data ../shared/data --out runs/bodymap --workers 2
   a2v train bodymap --data ../shared/data --out runs/more --views 60000 --bodymap.initial runs/bodymap
@@ -34,17 +33,31 @@ class Options:
     data: str = option("folder with avatars/, MakeHuman's archive and the motion data")
     out: str = option("folder of the run")
     views: int = option("training views, in all", default=25_600)
-    validation: int = option("views of people, clothes and clips that training never shows, in all", default=192)
+    validation: int = option(
+        "views of people, clothes and clips that training never shows, in all", default=192
+    )
     workers: int = option("processes that make views, each on one core", default=1)
-    licence: str = option("licence of the weights, kept in the exported file", default="see the data set's licence")
+    licence: str = option(
+        "licence of the weights, kept in the exported file", default="see the data set's licence"
+    )
     blend: float = option(
-        "share of the trained weights in the exported file; the rest are those of the file of bodymap.initial", default=1.0
+        "share of the trained weights in the exported file; the rest are those of the file of bodymap.initial",
+        default=1.0,
     )
     studio: QuickSettings = settings(QuickSettings)
     bodymap: BodyMapSettings = settings(BodyMapSettings)
 
 
-_SHOWN = ("views", "plane", "depth", "place", "front", "held_out_limbs", "held_out_limbs_depth", "held_out_front_depth")
+_SHOWN = (
+    "views",
+    "plane",
+    "depth",
+    "place",
+    "front",
+    "held_out_limbs",
+    "held_out_limbs_depth",
+    "held_out_front_depth",
+)
 
 
 def run(options: Options) -> Answer:
@@ -53,12 +66,28 @@ def run(options: Options) -> Answer:
     prepared = (out / "views" / "bank.npz").exists()
     with bar("poses", "clip", hidden=prepared) as preparing, bar("views", "file") as progress:
         rate = write_quick_views(
-            out / "views", options.data, counts, settings=options.studio, workers=options.workers, progress=progress, preparing=preparing
+            out / "views",
+            options.data,
+            counts,
+            settings=options.studio,
+            workers=options.workers,
+            progress=progress,
+            preparing=preparing,
         )
     with training_bar("bodymap", options.bodymap.iterations) as show:
         train_bodymap(
-            out / "views", out, settings=options.bodymap, on_log=lambda row: show(row, {name: row[name] for name in _SHOWN if name in row})
+            out / "views",
+            out,
+            settings=options.bodymap,
+            on_log=lambda row: show(row, {name: row[name] for name in _SHOWN if name in row}),
         )
     extra = {"views": counts, "studio": vars(options.studio)}
-    path = export_bodymap(out, out, licence=options.licence, blend=options.blend, initial=options.bodymap.initial, extra=extra)
+    path = export_bodymap(
+        out,
+        out,
+        licence=options.licence,
+        blend=options.blend,
+        initial=options.bodymap.initial,
+        extra=extra,
+    )
     return Answer(files=[path], facts={"new_views_a_second": rate})

@@ -38,8 +38,11 @@ def run(options: Options) -> Answer:
     return Answer(files=[path], facts=facts)
 
 
-def run_classifier(training: ActionDataset, unseen: ActionDataset | None, out: Path, chosen: ClassifierSettings) -> Evaluator:
-    """Train a classifier with a bar; says on standard error its accuracy on the clips of `unseen`, if any."""
+def run_classifier(
+    training: ActionDataset, unseen: ActionDataset | None, out: Path, chosen: ClassifierSettings
+) -> Evaluator:
+    """Train a classifier with a bar; says on standard error its accuracy on the clips of `unseen`,
+    if any."""
     with training_bar(f"{training.name} classifier", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:
@@ -54,5 +57,8 @@ def run_classifier(training: ActionDataset, unseen: ActionDataset | None, out: P
             else "of the same people"
         )
         accuracy = evaluator.info["held_out_accuracy"]
-        print(f"accuracy on {len(unseen)} clips {who}, not learned from: {accuracy:.3f}", file=sys.stderr)
+        print(
+            f"accuracy on {len(unseen)} clips {who}, not learned from: {accuracy:.3f}",
+            file=sys.stderr,
+        )
     return evaluator

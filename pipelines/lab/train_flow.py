@@ -27,8 +27,12 @@ OUT gets flow.pt (every few minutes), log.csv and at the end motion.onnx for a2v
 class Options(MotionModelOptions):
     """What the command takes."""
 
-    guidance: float = option("how far the exported flow is pushed towards the action; 1: not", default=GUIDANCE)
-    guided_until: float = option("time of the exported flow, from 0 to 1, after which it is not pushed", default=1.0)
+    guidance: float = option(
+        "how far the exported flow is pushed towards the action; 1: not", default=GUIDANCE
+    )
+    guided_until: float = option(
+        "time of the exported flow, from 0 to 1, after which it is not pushed", default=1.0
+    )
     flow: FlowSettings = settings(FlowSettings)
 
 
@@ -43,7 +47,15 @@ def run(options: Options) -> Answer:
             show(row, {"loss": row["loss"]})
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
-    extra = {"training": vars(chosen) | {"initial": Path(chosen.initial).name}} | unseen  # no paths of this machine
-    sampling = Sampling(guidance=options.guidance, guided_until=options.guided_until, temperature=options.temperature)
-    export_flow(model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=sampling)
+    extra = {
+        "training": vars(chosen) | {"initial": Path(chosen.initial).name}
+    } | unseen  # no paths of this machine
+    sampling = Sampling(
+        guidance=options.guidance,
+        guided_until=options.guided_until,
+        temperature=options.temperature,
+    )
+    export_flow(
+        model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=sampling
+    )
     return Answer(files=[out / "motion.onnx"])

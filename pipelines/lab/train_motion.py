@@ -29,7 +29,11 @@ OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx f
 class Options(MotionModelOptions):
     """What the command takes."""
 
-    evaluator: str | None = option("action classifier for a running FID and accuracy (monitoring only)", default=None, metavar="FILE")
+    evaluator: str | None = option(
+        "action classifier for a running FID and accuracy (monitoring only)",
+        default=None,
+        metavar="FILE",
+    )
     training: TrainSettings = group(TrainSettings)
     vae: VAESettings = settings(VAESettings)
 
@@ -46,7 +50,10 @@ def run(options: Options) -> Answer:
         scores: dict[str, float] = {}
 
         def on_log(training: VAETraining, row: dict[str, float]) -> None:
-            if evaluator is not None and (training.iteration % (10 * chosen.log_every) == 0 or training.iteration == chosen.iterations):
+            if evaluator is not None and (
+                training.iteration % (10 * chosen.log_every) == 0
+                or training.iteration == chosen.iterations
+            ):
                 scores.update(quick_scores(training.model, dataset, evaluator))
                 row |= scores
             show(row, {"rec": row["reconstruction"], "kl": row["kl"]} | scores)

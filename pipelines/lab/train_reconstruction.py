@@ -1,4 +1,5 @@
-"""``a2v train reconstruction``: the pixel-aligned networks that reconstruct a person from a photo."""
+"""``a2v train reconstruction``: the pixel-aligned networks that reconstruct a person from a
+photo."""
 
 from __future__ import annotations
 
@@ -29,7 +30,9 @@ class Options:
     data: str = option("folder that a2v studio wrote")
     out: str = option("folder of the run")
     stages: str = option("which networks to train, in this order", default="shape,detail,color")
-    licence: str = option("licence of the weights, kept in the exported files", default="see the data set's licence")
+    licence: str = option(
+        "licence of the weights, kept in the exported files", default="see the data set's licence"
+    )
     network: NetworkSettings = settings(NetworkSettings)
     person: ReconstructionSettings = settings(ReconstructionSettings)
 
@@ -44,9 +47,27 @@ def run(options: Options) -> Answer:
         with training_bar(stage, chosen.iterations) as show:
 
             def on_log(row: dict[str, float], show: Show = show) -> None:
-                show(row, {name: value for name, value in row.items() if name not in ("iteration", "seconds")})
+                show(
+                    row,
+                    {
+                        name: value
+                        for name, value in row.items()
+                        if name not in ("iteration", "seconds")
+                    },
+                )
 
-            train_reconstruction(cast(Stage, stage), options.data, out, network=options.network, settings=chosen, on_log=on_log)
+            train_reconstruction(
+                cast(Stage, stage),
+                options.data,
+                out,
+                network=options.network,
+                settings=chosen,
+                on_log=on_log,
+            )
     if all((out / stage).is_dir() for stage in STAGES):
-        return Answer(files=export_reconstruction(out, out, licence=options.licence, extra={"training": vars(chosen)}))
+        return Answer(
+            files=export_reconstruction(
+                out, out, licence=options.licence, extra={"training": vars(chosen)}
+            )
+        )
     return Answer(files=[out])

@@ -21,7 +21,9 @@ RESUMES = "The same command resumes a run that was stopped. CUDA is used where t
 class LearningOptions(DataOptions):
     """What is learned from, and where the run is."""
 
-    held_out: str = option("subjects not to learn from: names with commas, auto or none", default="")
+    held_out: str = option(
+        "subjects not to learn from: names with commas, auto or none", default=""
+    )
     out: str = option("folder of the run")
 
 
@@ -29,8 +31,12 @@ class LearningOptions(DataOptions):
 class MotionModelOptions(LearningOptions):
     """Those and what the exported motion model says and does."""
 
-    licence: str = option("licence of the weights, kept in the exported file", default="see the data set's licence")
-    temperature: float = option("of the exported model's noise; below 1: more typical, less varied", default=1.0)
+    licence: str = option(
+        "licence of the weights, kept in the exported file", default="see the data set's licence"
+    )
+    temperature: float = option(
+        "of the exported model's noise; below 1: more typical, less varied", default=1.0
+    )
 
     def learned_part(self) -> tuple[ActionDataset, dict[str, list[str]]]:
         """What the model learns from, and what its file says about those held out."""
@@ -43,7 +49,9 @@ def training_bar(name: str, iterations: int) -> Iterator[Show]:
     """A bar as a context whose value shows a row of the log."""
     from tqdm import tqdm
 
-    with tqdm(total=iterations, desc=f"train {name}", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+    with tqdm(
+        total=iterations, desc=f"train {name}", unit="it", file=sys.stderr, smoothing=0.05
+    ) as bar:
 
         def show(row: Mapping[str, float], numbers: Mapping[str, float]) -> None:
             bar.update(int(row["iteration"]) - bar.n)

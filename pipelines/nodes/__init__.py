@@ -1,1 +1,2 @@
-"""Nodes: each loads its refs, calls one pure function of `a2v` and stores the result; none knows the engine."""
+"""Nodes: each loads its refs, calls one pure function of `a2v` and stores the result; none knows
+the engine."""

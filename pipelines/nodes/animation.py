@@ -7,7 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from a2v.animation import BindSettings, BlinkSettings, DeformSettings, FootingSettings, RetargetSettings
+from a2v.animation import (
+    BindSettings,
+    BlinkSettings,
+    DeformSettings,
+    FootingSettings,
+    RetargetSettings,
+)
 from a2v.motion.edit import Edit
 from a2v.props import Props
 from a2v.types import Body, Character, FloatArray, Motion, Surface
@@ -23,31 +29,66 @@ def character(colored_surface: Ref[Surface], body: Ref[Body], bind: BindSettings
 
     surface, fitted = get(colored_surface, Surface), get(body, Body)
     return put(
-        animation.standing_character(surface, fitted) if surface.standing is not None else animation.bind(surface, fitted, settings=bind)
+        animation.standing_character(surface, fitted)
+        if surface.standing is not None
+        else animation.bind(surface, fitted, settings=bind)
     )
 
 
 @memo()
-def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit: Edit, blink: BlinkSettings) -> Ref[Poses]:
-    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink unless a video showed the face. What goes on the spot travels until here."""
+def poses(
+    motion: Ref[Motion],
+    body: Ref[Body],
+    retarget: RetargetSettings,
+    edit: Edit,
+    blink: BlinkSettings,
+) -> Ref[Poses]:
+    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink
+    unless a video showed the face. What goes on the spot travels until here."""
     from a2v import animation
     from a2v.motion.on_rig import retarget_edited
 
     clip = get(motion, Motion)
     moves = retarget_edited(clip, get(body, Body), edit, settings=retarget)
-    shown = clip.expressions if clip.expressions and all(len(own) == len(moves) for own in clip.expressions.values()) else None
-    return put(Poses(bone_transforms=moves, fps=clip.fps, action=clip.action, expressions=shown or animation.blinking(len(moves), clip.fps, blink)))
+    shown = (
+        clip.expressions
+        if clip.expressions and all(len(own) == len(moves) for own in clip.expressions.values())
+        else None
+    )
+    return put(
+        Poses(
+            bone_transforms=moves,
+            fps=clip.fps,
+            action=clip.action,
+            expressions=shown or animation.blinking(len(moves), clip.fps, blink),
+        )
+    )
 
 
 @memo()
-def props(motion: Ref[Motion], poses: Ref[Poses], body: Ref[Body], retarget: RetargetSettings, edit: Edit, footing: FootingSettings) -> Ref[Props]:
-    """Steps, ladders and bars under whoever climbs; nothing where the motion does not, goes on the spot or is a cycle."""
+def props(
+    motion: Ref[Motion],
+    poses: Ref[Poses],
+    body: Ref[Body],
+    retarget: RetargetSettings,
+    edit: Edit,
+    footing: FootingSettings,
+) -> Ref[Props]:
+    """Steps, ladders and bars under whoever climbs; nothing where the motion does not, goes on the
+    spot or is a cycle."""
     from a2v.animation.footing import find_props
     from a2v.animation.retarget import has_steps
 
     moves = get(poses, Poses)
-    climbs = footing.shown and not edit.in_place and not edit.loop and has_steps(get(motion, Motion), retarget)
-    return put(find_props(moves.bone_transforms, get(body, Body), moves.fps) if climbs else Props.of([]))
+    climbs = (
+        footing.shown
+        and not edit.in_place
+        and not edit.loop
+        and has_steps(get(motion, Motion), retarget)
+    )
+    return put(
+        find_props(moves.bone_transforms, get(body, Body), moves.fps) if climbs else Props.of([])
+    )
 
 
 @memo()
@@ -58,7 +99,11 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
         put(
             Pose(
                 bone_transforms=transforms,
-                expressions={name: np.asarray(all_of[frame]) for name, all_of in moves.expressions.items() if all_of[frame]},
+                expressions={
+                    name: np.asarray(all_of[frame])
+                    for name, all_of in moves.expressions.items()
+                    if all_of[frame]
+                },
             )
         )
         for frame, transforms in enumerate(moves.bone_transforms)
@@ -74,12 +119,16 @@ def vertices(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings)
     vertices = _deformer(address, character, deform)(now.bone_transforms)
     if now.expressions:
         strengths = {name: float(strength) for name, strength in now.expressions.items()}
-        vertices = animation.express(load_character(address, character), vertices, now.bone_transforms, strengths)
+        vertices = animation.express(
+            load_character(address, character), vertices, now.bone_transforms, strengths
+        )
     return put(Vertices(vertices=vertices))
 
 
 @functools.lru_cache(maxsize=1)
-def _deformer(address: str, ref: Ref[Character], settings: DeformSettings) -> Callable[[FloatArray], FloatArray]:
+def _deformer(
+    address: str, ref: Ref[Character], settings: DeformSettings
+) -> Callable[[FloatArray], FloatArray]:
     """The factored character, kept for the frames that follow in the same process."""
     from a2v import animation
 

@@ -12,11 +12,15 @@ from pipelines.engine.store import File, Ref, get, put
 
 
 @memo()
-def photo_body(subject: Ref[Subject], fit: FitSettings, body_model: File | None) -> tuple[Ref[Body], Ref[PhotoCamera]]:
+def photo_body(
+    subject: Ref[Subject], fit: FitSettings, body_model: File | None
+) -> tuple[Ref[Body], Ref[PhotoCamera]]:
     """Fit the body model's shape and pose to landmarks and silhouette."""
     from a2v.body import doubts, fit_body
 
-    result = fit_body(get(subject, Subject), settings=_with_model(fit, body_model), progress=progress())
+    result = fit_body(
+        get(subject, Subject), settings=_with_model(fit, body_model), progress=progress()
+    )
     measure(result.residuals)
     for text in doubts(result.residuals):
         note(text)
@@ -33,13 +37,18 @@ def body(
     body_model: File | None,
     hands: HandSettings,
 ) -> Ref[Body]:
-    """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it, and bend its fingers.
+    """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it,
+    and bend its fingers.
 
     A surface that was made of the body itself has nothing to add.
     """
     from a2v.body import FitResult, bend_fingers, fit_body
 
-    person, first, camera = get(surface, Reconstruction), get(photo_body, Body), get(photo_camera, PhotoCamera)
+    person, first, camera = (
+        get(surface, Reconstruction),
+        get(photo_body, Body),
+        get(photo_camera, PhotoCamera),
+    )
     if person.from_body:
         return photo_body
     start = FitResult(first, camera)
@@ -52,7 +61,9 @@ def body(
         progress=progress(),
     )
     measure(result.residuals)
-    return put(bend_fingers(result.body, get(subject, Subject), camera) if hands.bend else result.body)
+    return put(
+        bend_fingers(result.body, get(subject, Subject), camera) if hands.bend else result.body
+    )
 
 
 def _with_model(fit: FitSettings, body_model: File | None) -> FitSettings:

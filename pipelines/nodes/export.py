@@ -16,16 +16,22 @@ from pipelines.nodes.values import Blob, Poses
 
 @memo()
 def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
-    """The character as files have it: few triangles with a normal map, each made of a named material."""
+    """The character as files have it: few triangles with a normal map, each made of a named
+    material."""
     from a2v.animation.engine import engine_ready
     from a2v.body.parts import on_parts
     from a2v.rendering.matter import materials_of
 
     person = engine_ready(get(character, Character), engine)
     if not engine.one_material:
-        head, hands = on_parts(person.parts, "head"), on_parts(person.parts, "left_hand", "right_hand")
+        head, hands = (
+            on_parts(person.parts, "head"),
+            on_parts(person.parts, "left_hand", "right_hand"),
+        )
         materials = materials_of(person.surface, head, hands)
-        person = dataclasses.replace(person, surface=dataclasses.replace(person.surface, materials=materials))
+        person = dataclasses.replace(
+            person, surface=dataclasses.replace(person.surface, materials=materials)
+        )
     return put(person)
 
 
@@ -39,7 +45,13 @@ def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
         clips, faces = {clip: (moves.bone_transforms, moves.fps)}, {clip: moves.expressions}
-        write_glb(path, get(engine_character, Character), clips, expressions=faces, props=get(props, Props))
+        write_glb(
+            path,
+            get(engine_character, Character),
+            clips,
+            expressions=faces,
+            props=get(props, Props),
+        )
         return put(Blob.of(path.read_bytes()))
 
 

@@ -1,4 +1,5 @@
-"""A body as one of several photos shows it; apart from `values`, since frames depend on those and not on how bodies are fitted."""
+"""A body as one of several photos shows it; apart from `values`, since frames depend on those and
+not on how bodies are fitted."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted(Record):
-    """A body that was fitted to one of several photos, the photo's camera, and whether the photo was understood: others are left out."""
+    """A body that was fitted to one of several photos, the photo's camera, and whether the photo
+    was understood: others are left out."""
 
     body: Body
     camera: PhotoCamera

@@ -15,9 +15,16 @@ from pipelines.engine.store import File, Ref, put
 
 @memo()
 def motion(
-    model: File, steps: tuple[Step, ...], frames: int, seed: int, fps: float, edit: Edit, direction: Direction | None
+    model: File,
+    steps: tuple[Step, ...],
+    frames: int,
+    seed: int,
+    fps: float,
+    edit: Edit,
+    direction: Direction | None,
 ) -> Ref[Motion]:
-    """One action after the other by a motion model, or along a path; steps with sources by those, and `model` stands for all their files.
+    """One action after the other by a motion model, or along a path; steps with sources by those,
+    and `model` stands for all their files.
 
     Steps without a length share `frames`. It travels still.
     """
@@ -27,19 +34,36 @@ def motion(
 
     opened = None if any(step.source for step in steps) else MotionModel.load(model.path)
     travelling = dataclasses.replace(edit, in_place=False)
-    return put(make_steps(opened, steps, Take(frames=frames, fps=fps, seed=seed), edit=travelling, direction=direction))
+    return put(
+        make_steps(
+            opened,
+            steps,
+            Take(frames=frames, fps=fps, seed=seed),
+            edit=travelling,
+            direction=direction,
+        )
+    )
 
 
 @memo()
-def recorded_motion(motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings) -> Ref[Motion]:
-    """Read a motion file, or follow the person in a video: the first `frames` of it at `fps` and in its tempo. It travels still."""
+def recorded_motion(
+    motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings
+) -> Ref[Motion]:
+    """Read a motion file, or follow the person in a video: the first `frames` of it at `fps` and in
+    its tempo. It travels still."""
     from a2v.footage import is_video
     from a2v.footage.follow import follow_person
     from a2v.formats import read_motion
     from a2v.motion.edit import edited, retimed
 
     if is_video(motion_file.path):
-        found = follow_person(motion_file.path, follow, seconds=frames / fps * edit.speed, action=action, progress=progress())
+        found = follow_person(
+            motion_file.path,
+            follow,
+            seconds=frames / fps * edit.speed,
+            action=action,
+            progress=progress(),
+        )
         for remark in found.remarks:
             note(remark)
         measure(found.facts)

@@ -1,4 +1,5 @@
-"""From several photos of one person to one character: what takes the place of the nodes between the photo and its colours."""
+"""From several photos of one person to one character: what takes the place of the nodes between the
+photo and its colours."""
 
 from __future__ import annotations
 
@@ -44,24 +45,37 @@ def each_fit(each_subject: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
     measure(result.residuals)
     for text in doubts(result.residuals):
         note(text)
-    return put(Fitted(body=result.body, camera=result.camera, understood=not looks_wrong(result.residuals)))
+    return put(
+        Fitted(body=result.body, camera=result.camera, understood=not looks_wrong(result.residuals))
+    )
 
 
 @memo()
-def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) -> list[Ref[Fitted]]:
+def joint_fit(
+    each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings
+) -> list[Ref[Fitted]]:
     """One shape for all photos, a pose and a camera for each."""
     from a2v.body.together import doubts_of, fit_together
 
     alone = [get(ref, Fitted) for ref in each_fit]
     used = _used(alone)
     if len(used) < len(alone):
-        note(f"{len(alone) - len(used)} of the further photos were not understood, and are left out")
+        note(
+            f"{len(alone) - len(used)} of the further photos were not understood, and are left out"
+        )
     fits = [alone[number].result for number in used]
-    results = fit_together([get(each_subject[number], Subject) for number in used], fits, settings=fit, progress=progress())
+    results = fit_together(
+        [get(each_subject[number], Subject) for number in used],
+        fits,
+        settings=fit,
+        progress=progress(),
+    )
     measure({**results[0].residuals, "other_photos": [result.residuals for result in results[1:]]})
     for text in doubts_of(fits, results):
         note(text)
-    return _replaced(alone, used, [Fitted(body=result.body, camera=result.camera) for result in results])
+    return _replaced(
+        alone, used, [Fitted(body=result.body, camera=result.camera) for result in results]
+    )
 
 
 def _used(fits: Sequence[Fitted]) -> list[int]:
@@ -69,48 +83,89 @@ def _used(fits: Sequence[Fitted]) -> list[int]:
     return [number for number, one in enumerate(fits) if one.understood or number == 0]
 
 
-def _replaced(fits: Sequence[Fitted], used: Sequence[int], new: Sequence[Fitted]) -> list[Ref[Fitted]]:
+def _replaced(
+    fits: Sequence[Fitted], used: Sequence[int], new: Sequence[Fitted]
+) -> list[Ref[Fitted]]:
     """The fits of all photos, with the `new` ones of those that are `used`."""
     found = dict(zip(used, new, strict=True))
     return [put(found.get(number, one)) for number, one in enumerate(fits)]
 
 
 @memo()
-def each_surface(each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings) -> Ref[Reconstruction]:
+def each_surface(
+    each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings
+) -> Ref[Reconstruction]:
     """As `surface`, of each photo."""
     from a2v.reconstruction.backends import reconstruct
 
     own = get(joint_fit, Fitted)
-    return put(reconstruct(get(each_subject, Subject), own.body, own.camera, shape, progress=progress()))
+    return put(
+        reconstruct(get(each_subject, Subject), own.body, own.camera, shape, progress=progress())
+    )
 
 
 @memo()
-def surface_fit(each_subject: np.ndarray, joint_fit: np.ndarray, each_surface: np.ndarray, fit: FitSettings, hands: HandSettings) -> list[Ref[Fitted]]:
-    """As `body`, of all photos: one shape and their poses by the reconstructed surfaces (Eq. 15-18), and bent fingers."""
+def surface_fit(
+    each_subject: np.ndarray,
+    joint_fit: np.ndarray,
+    each_surface: np.ndarray,
+    fit: FitSettings,
+    hands: HandSettings,
+) -> list[Ref[Fitted]]:
+    """As `body`, of all photos: one shape and their poses by the reconstructed surfaces (Eq.
+    15-18), and bent fingers."""
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 
     before = [get(ref, Fitted) for ref in joint_fit]
     used = _used(before)
-    subjects, people = [get(each_subject[number], Subject) for number in used], [get(each_surface[number], Reconstruction) for number in used]
+    subjects, people = (
+        [get(each_subject[number], Subject) for number in used],
+        [get(each_surface[number], Reconstruction) for number in used],
+    )
     fits = [before[number].result for number in used]
     if not any(person.from_body for person in people):
-        fits = fit_together(subjects, fits, settings=fit, surfaces=[person.surface for person in people], progress=progress())
+        fits = fit_together(
+            subjects,
+            fits,
+            settings=fit,
+            surfaces=[person.surface for person in people],
+            progress=progress(),
+        )
         measure(fits[0].residuals)
-    bodies = [bend_fingers(one.body, subject, one.camera) if hands.bend else one.body for one, subject in zip(fits, subjects, strict=True)]
-    return _replaced(before, used, [Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)])
+    bodies = [
+        bend_fingers(one.body, subject, one.camera) if hands.bend else one.body
+        for one, subject in zip(fits, subjects, strict=True)
+    ]
+    return _replaced(
+        before,
+        used,
+        [Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)],
+    )
 
 
 @memo(remember=False)
-def first_photo(joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
-    """What the first photo gives, in whose pose the character is made: the body by the photo, its camera, the surface, the body by the surface."""
+def first_photo(
+    joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray
+) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
+    """What the first photo gives, in whose pose the character is made: the body by the photo, its
+    camera, the surface, the body by the surface."""
     by_photo = get(joint_fit[0], Fitted)
-    return put(by_photo.body), put(by_photo.camera), each_surface[0], put(get(surface_fit[0], Fitted).body)
+    return (
+        put(by_photo.body),
+        put(by_photo.camera),
+        each_surface[0],
+        put(get(surface_fit[0], Fitted).body),
+    )
 
 
 @memo()
 def person_of_photos(
-    each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, face: FaceSettings, figure: CharacterSettings
+    each_subject: np.ndarray,
+    each_surface: np.ndarray,
+    surface_fit: np.ndarray,
+    face: FaceSettings,
+    figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """As `surface_with_face`: the canonical character by what all photos show."""
     main, *others = _sights(each_subject, each_surface, surface_fit)
@@ -118,22 +173,56 @@ def person_of_photos(
 
 
 @memo()
-def colored_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+def colored_by_photos(
+    surface_with_face: Ref[Reconstruction],
+    each_subject: np.ndarray,
+    each_surface: np.ndarray,
+    surface_fit: np.ndarray,
+    color: ColorSettings,
+) -> Ref[Surface]:
     """As `colored_surface`: each place in the colours of the photo that saw it best."""
     return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
 
 
 @memo()
-def shaded_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+def shaded_by_photos(
+    surface_with_face: Ref[Reconstruction],
+    each_subject: np.ndarray,
+    each_surface: np.ndarray,
+    surface_fit: np.ndarray,
+    color: ColorSettings,
+) -> Ref[Surface]:
     """As `shaded_surface`."""
-    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, dataclasses.replace(color, delight=False)))
+    return put(
+        _colored(
+            surface_with_face,
+            each_subject,
+            each_surface,
+            surface_fit,
+            dataclasses.replace(color, delight=False),
+        )
+    )
 
 
-def _colored(surface_with_face: Ref[Reconstruction], each_subject: Any, each_surface: Any, surface_fit: Any, color: ColorSettings) -> Surface:
+def _colored(
+    surface_with_face: Ref[Reconstruction],
+    each_subject: Any,
+    each_surface: Any,
+    surface_fit: Any,
+    color: ColorSettings,
+) -> Surface:
     from a2v.reconstruction.colorings import color_by_photo
 
     main, *others = _sights(each_subject, each_surface, surface_fit)
-    colored = color_by_photo(get(surface_with_face, Reconstruction), main.subject, main.body, main.camera, settings=color, progress=progress(), others=others)
+    colored = color_by_photo(
+        get(surface_with_face, Reconstruction),
+        main.subject,
+        main.body,
+        main.camera,
+        settings=color,
+        progress=progress(),
+        others=others,
+    )
     measure({"exposures": colored.provenance.get("exposures", [])})
     return colored
 
@@ -146,5 +235,7 @@ def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]
         own = get(fitted, Fitted)
         if found and not own.understood:
             continue
-        found.append(Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction)))
+        found.append(
+            Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction))
+        )
     return found

@@ -20,7 +20,8 @@ from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 _STAYS = 0.95
 """From this share of the frames on the floor and in the picture nothing is said."""
 _TRIAL = 256
-"""Pixels a side of the picture by which the lights are set; twice as many where their light on the person is read."""
+"""Pixels a side of the picture by which the lights are set; twice as many where their light on the
+person is read."""
 
 
 @memo()
@@ -33,7 +34,8 @@ def place(
     shaded_surface: Ref[Surface],
     frame_settings: Ref[RenderSettings],
 ) -> Ref[Place]:
-    """Paint the person out of the photo, find its camera, and lights under which the character looks as in the photo."""
+    """Paint the person out of the photo, find its camera, and lights under which the character
+    looks as in the photo."""
     from a2v.animation.entrance import photo_to_world
     from a2v.body.parts import PARTS
     from a2v.perception import decode_photo
@@ -41,11 +43,19 @@ def place(
     from a2v.rendering.place import estimate_light, exposed, light_on, square
     from a2v.rendering.viewpoint import find_viewpoint, perspective_camera, soles_slope
 
-    person, found, camera = load_character(current().address, character), get(subject, Subject), get(photo_camera, PhotoCamera)
+    person, found, camera = (
+        load_character(current().address, character),
+        get(subject, Subject),
+        get(photo_camera, PhotoCamera),
+    )
     data = bytes(get(photo, Blob))
-    picture, frame = square(paint_out(decode_photo(data)[..., :3], in_photo(found.mask, found.crop, found.photo_size)))
+    picture, frame = square(
+        paint_out(decode_photo(data)[..., :3], in_photo(found.mask, found.crop, found.photo_size))
+    )
     feet = [person.parts == PARTS.index(name) for name in ("left_foot", "right_foot")]
-    surface = get(shaded_surface, Surface)  # in the photo's pose, in which a canonical character does not stand
+    surface = get(
+        shaded_surface, Surface
+    )  # in the photo's pose, in which a canonical character does not stand
     flat = camera.flatten(surface.vertices)
     seen = dataclasses.replace(surface, vertices=flat)
     viewpoint = find_viewpoint(soles_slope(seen, feet), told=camera.distance or None)
@@ -58,12 +68,17 @@ def place(
     look = estimate_light(surface)
     look = exposed(look, 1 / light_on(surface, vertices, taken_by, look, trial).mean(axis=0))
     light = light_on(surface, vertices, taken_by, look, dataclasses.replace(trial, size=2 * _TRIAL))
-    return put(Place(picture=picture, camera=taken_by, moved=moved, look=look, frame=frame, light=light))
+    return put(
+        Place(picture=picture, camera=taken_by, moved=moved, look=look, frame=frame, light=light)
+    )
 
 
 @memo()
-def spot(poses: Ref[Poses], body: Ref[Body], place: Ref[Place], retarget: RetargetSettings) -> list[Ref[Spot]]:
-    """Where each frame stands in the photo's place: the clip's way is turned and bent so that it stays on the floor and in the picture."""
+def spot(
+    poses: Ref[Poses], body: Ref[Body], place: Ref[Place], retarget: RetargetSettings
+) -> list[Ref[Spot]]:
+    """Where each frame stands in the photo's place: the clip's way is turned and bent so that it
+    stays on the floor and in the picture."""
     from a2v.rendering.room import find_detour, find_floor, standing_room
 
     moves, where = get(poses, Poses), get(place, Place)
@@ -74,35 +89,59 @@ def spot(poses: Ref[Poses], body: Ref[Body], place: Ref[Place], retarget: Retarg
     found = find_detour(roots, allowed, fps=moves.fps, entering=retarget.from_photo)
     measure({"on_floor_and_in_picture": found.share})
     if found.share < _STAYS:
-        note(f"the photo shows too little floor: {1 - found.share:.0%} of the frames of photo.mp4 leave it, or the picture")
+        note(
+            f"the photo shows too little floor: {1 - found.share:.0%} of the frames of photo.mp4 leave it, or the picture"
+        )
     return [put(one) for one in found.spots]
 
 
 @memo()
 def photo_frame(
-    body: Ref[Body], shaded_surface: Ref[Surface], vertices: Ref[Vertices], spot: Ref[Spot], place: Ref[Place], frame_settings: Ref[RenderSettings]
+    body: Ref[Body],
+    shaded_surface: Ref[Surface],
+    vertices: Ref[Vertices],
+    spot: Ref[Spot],
+    place: Ref[Place],
+    frame_settings: Ref[RenderSettings],
 ) -> Ref[Image]:
     """Render one frame in the photo's place."""
     from a2v.animation.entrance import photo_to_world
     from a2v.rendering.viewpoint import as_seen
 
-    renderer, where = _renderer(current().address, shaded_surface, place, frame_settings), get(place, Place)
-    start = get(shaded_surface, Surface).vertices + photo_to_world(get(body, Body)).astype(np.float32)
+    renderer, where = (
+        _renderer(current().address, shaded_surface, place, frame_settings),
+        get(place, Place),
+    )
+    start = get(shaded_surface, Surface).vertices + photo_to_world(get(body, Body)).astype(
+        np.float32
+    )
     shown = get(spot, Spot).moved(get(vertices, Vertices).vertices)
     return put(Image.of(renderer.render(as_seen(shown, start, where.moved), where.camera)))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, shaded_surface: Ref[Surface], place: Ref[Place], frame_settings: Ref[RenderSettings]) -> Any:
+def _renderer(
+    address: str,
+    shaded_surface: Ref[Surface],
+    place: Ref[Place],
+    frame_settings: Ref[RenderSettings],
+) -> Any:
     """The scene, kept for the frames that follow in the same process."""
     from a2v.rendering import Renderer
     from a2v.rendering.place import without_light
     from pipelines.engine.store import Store
 
     store = Store(address)
-    settings = dataclasses.replace(threaded(store.get(frame_settings, RenderSettings)), background="image", aspect="1:1")
+    settings = dataclasses.replace(
+        threaded(store.get(frame_settings, RenderSettings)), background="image", aspect="1:1"
+    )
     where = store.get(place, Place)
-    return Renderer(without_light(store.get(shaded_surface, Surface), where.light), settings, look=where.look, backdrop=where.picture)
+    return Renderer(
+        without_light(store.get(shaded_surface, Surface), where.light),
+        settings,
+        look=where.look,
+        backdrop=where.picture,
+    )
 
 
 @memo()
@@ -110,5 +149,12 @@ def photo_clip(photo_frame: np.ndarray, place: Ref[Place], poses: Ref[Poses]) ->
     """The photo's place as an MP4 of the photo's shape."""
     where = get(place, Place)
     scale = get(photo_frame[0], Image).pixels.shape[0] / len(where.picture)
-    left, top, right, bottom = (round(edge * scale / 2) * 2 for edge in where.frame)  # video wants even sizes
-    return put(encode((get(ref, Image).pixels[top:bottom, left:right] for ref in photo_frame), get(poses, Poses).fps))
+    left, top, right, bottom = (
+        round(edge * scale / 2) * 2 for edge in where.frame
+    )  # video wants even sizes
+    return put(
+        encode(
+            (get(ref, Image).pixels[top:bottom, left:right] for ref in photo_frame),
+            get(poses, Poses).fps,
+        )
+    )

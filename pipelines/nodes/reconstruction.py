@@ -15,17 +15,27 @@ from pipelines.engine.store import Ref, get, put
 
 @memo()
 def surface(
-    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[PhotoCamera], shape: BackendSettings
+    subject: Ref[Subject],
+    photo_body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    shape: BackendSettings,
 ) -> Ref[Reconstruction]:
-    """Reconstruct the person with clothes and hair; whose settings are given says by which backend."""
+    """Reconstruct the person with clothes and hair; whose settings are given says by which
+    backend."""
     from a2v.reconstruction.backends import reconstruct
 
     camera = get(photo_camera, PhotoCamera)
-    return put(reconstruct(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
+    return put(
+        reconstruct(
+            get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()
+        )
+    )
 
 
 @memo()
-def surface_with_hands(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings) -> Ref[Reconstruction]:
+def surface_with_hands(
+    surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings
+) -> Ref[Reconstruction]:
     """Sew in the body's own hands, whose fingers move; a canonical character has them already."""
     from a2v.reconstruction import add_hands
     from a2v.reconstruction.canonical import is_canonical
@@ -45,18 +55,26 @@ def surface_with_face(
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
-    """Lay the body's own face, which has expressions, where the photo shows one; or build the canonical character, of which it is a part."""
+    """Lay the body's own face, which has expressions, where the photo shows one; or build the
+    canonical character, of which it is a part."""
     from a2v.reconstruction.canonical import is_canonical
     from a2v.reconstruction.face import add_face
 
-    person, camera, fitted = get(surface_with_hands, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
+    person, camera, fitted = (
+        get(surface_with_hands, Reconstruction),
+        get(photo_camera, PhotoCamera),
+        get(body, Body),
+    )
     if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
     return put(build_character(Sight(get(subject, Subject), fitted, camera, person), figure, face))
 
 
-def build_character(sight: Sight, figure: CharacterSettings, face: FaceSettings, others: Sequence[Sight] = ()) -> Reconstruction:
-    """The canonical person of one photo and of `others`; a face that is small in the photo is noted."""
+def build_character(
+    sight: Sight, figure: CharacterSettings, face: FaceSettings, others: Sequence[Sight] = ()
+) -> Reconstruction:
+    """The canonical person of one photo and of `others`; a face that is small in the photo is
+    noted."""
     from a2v.reconstruction.canonical import SMALL_FACE, TURNED_FACE, canonical_person
 
     made = canonical_person(sight, settings=figure, face=face, others=others)
@@ -69,24 +87,52 @@ def build_character(sight: Sight, figure: CharacterSettings, face: FaceSettings,
 
 @memo()
 def colored_surface(
-    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+    surface_with_face: Ref[Reconstruction],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    color: ColorSettings,
 ) -> Ref[Surface]:
-    """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
+    """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is
+    the head."""
     return put(_colored(surface_with_face, subject, body, photo_camera, color))
 
 
 @memo()
 def shaded_surface(
-    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+    surface_with_face: Ref[Reconstruction],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `colored_surface`, but with the photo's shading left in: what looks as in the photo without any light."""
-    return put(_colored(surface_with_face, subject, body, photo_camera, dataclasses.replace(color, delight=False)))
+    """As `colored_surface`, but with the photo's shading left in: what looks as in the photo
+    without any light."""
+    return put(
+        _colored(
+            surface_with_face,
+            subject,
+            body,
+            photo_camera,
+            dataclasses.replace(color, delight=False),
+        )
+    )
 
 
 def _colored(
-    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+    surface_with_face: Ref[Reconstruction],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    color: ColorSettings,
 ) -> Surface:
     from a2v.reconstruction.colorings import color_by_photo
 
-    person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
-    return color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress())
+    person, fitted, camera = (
+        get(surface_with_face, Reconstruction),
+        get(body, Body),
+        get(photo_camera, PhotoCamera),
+    )
+    return color_by_photo(
+        person, get(subject, Subject), fitted, camera, settings=color, progress=progress()
+    )

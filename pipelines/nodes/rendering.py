@@ -23,7 +23,8 @@ from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
 @memo(remember=False)
 def frame_settings(render: RenderSettings) -> Ref[RenderSettings]:
-    """What of the settings a single frame depends on, with the Mitsuba variant that works on this machine."""
+    """What of the settings a single frame depends on, with the Mitsuba variant that works on this
+    machine."""
     from a2v.rendering import choose_variant
 
     variant = render.variant
@@ -31,14 +32,29 @@ def frame_settings(render: RenderSettings) -> Ref[RenderSettings]:
         variant, message = choose_variant()
         if message:
             note(message)
-    return put(dataclasses.replace(render, variant=variant, views=VIEWS, follow=True, titles=False, threads=0, provenance={}))
+    return put(
+        dataclasses.replace(
+            render,
+            variant=variant,
+            views=VIEWS,
+            follow=True,
+            titles=False,
+            threads=0,
+            provenance={},
+        )
+    )
 
 
 @memo()
 def camera(
-    vertices: np.ndarray, poses: Ref[Poses], body: Ref[Body], render: RenderSettings, cameras: tuple[CameraPath, ...]
+    vertices: np.ndarray,
+    poses: Ref[Poses],
+    body: Ref[Body],
+    render: RenderSettings,
+    cameras: tuple[CameraPath, ...],
 ) -> np.ndarray:
-    """The cameras of every frame and view; they follow the character, and the front view stands where it faces in the mean."""
+    """The cameras of every frame and view; they follow the character, and the front view stands
+    where it faces in the mean."""
     from a2v.animation.root_motion import ground_trajectory_of
     from a2v.rendering import follow_cameras
 
@@ -46,8 +62,17 @@ def camera(
     facing = ground_trajectory_of(moves.bone_transforms, get(body, Body)).heading
     clouds = [get(ref, Vertices).vertices for ref in vertices]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
-    wanted = (*VIEWS, *(view for view in render.views if view not in VIEWS))  # the four are the same whichever of them are asked for
-    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras, facing=facing, fps=moves.fps)
+    wanted = (
+        *VIEWS,
+        *(view for view in render.views if view not in VIEWS),
+    )  # the four are the same whichever of them are asked for
+    tracks = follow_cameras(
+        bounds,
+        dataclasses.replace(render, views=wanted),
+        cameras=cameras,
+        facing=facing,
+        fps=moves.fps,
+    )
     found = np.empty((len(clouds), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
@@ -80,7 +105,8 @@ def _renderer(
     look: LookSettings,
     props: Ref[Props],
 ) -> Any:
-    """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
+    """The scene, kept for the frames that follow in the same process; setting one up costs
+    seconds."""
     from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
@@ -88,9 +114,15 @@ def _renderer(
     from pipelines.engine.store import Store
 
     settings = threaded(Store(address).get(frame_settings, RenderSettings))
-    picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
+    picture = (
+        None
+        if backdrop is None
+        else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
+    )
     person = load_character(address, character)
-    bare = np.isin(person.parts, [PARTS.index(part) for part in ("head", "left_hand", "right_hand")])
+    bare = np.isin(
+        person.parts, [PARTS.index(part) for part in ("head", "left_hand", "right_hand")]
+    )
     things = Store(address).get(props, Props)
     bare = np.concatenate([bare, np.zeros(len(things.vertices), bool)])
     return Renderer(with_props(person.surface, things), settings, look, backdrop=picture, bare=bare)
@@ -114,7 +146,12 @@ def video(frame: np.ndarray, poses: Ref[Poses], render: RenderSettings) -> Ref[B
 
     labels = render.views if render.titles else None
     rows = ([get(ref, Image).pixels for ref in row] for row in frame)
-    return put(encode((contact_sheet(row, rows=1, cols=len(row), labels=labels, gap=0) for row in rows), get(poses, Poses).fps))
+    return put(
+        encode(
+            (contact_sheet(row, rows=1, cols=len(row), labels=labels, gap=0) for row in rows),
+            get(poses, Poses).fps,
+        )
+    )
 
 
 def encode(frames: Iterator[np.ndarray], fps: float) -> Blob:

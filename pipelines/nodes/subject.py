@@ -14,14 +14,23 @@ from pipelines.nodes.values import Blob
 
 @memo()
 def subject(
-    photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, corrections: Corrections, perception: PerceptionSettings
+    photo: Ref[Blob],
+    mask: Ref[Blob] | None,
+    keypoints: Ref[Blob] | None,
+    corrections: Corrections,
+    perception: PerceptionSettings,
 ) -> Ref[Subject]:
-    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors, corrections what either says."""
+    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON)
+    replace the detectors, corrections what either says."""
     return put(found_in(photo, mask, keypoints, corrections, perception))
 
 
 def found_in(
-    photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, corrections: Corrections, perception: PerceptionSettings
+    photo: Ref[Blob],
+    mask: Ref[Blob] | None,
+    keypoints: Ref[Blob] | None,
+    corrections: Corrections,
+    perception: PerceptionSettings,
 ) -> Subject:
     """The person in a photo; see `subject`."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
@@ -30,16 +39,26 @@ def found_in(
     name = photo.source or "the photo"
     data = bytes(get(photo, Blob))
     pixels = decode_photo(data, name)
-    given_mask = None if mask is None else decode_mask(bytes(get(mask, Blob)), mask.source or "the mask")
+    given_mask = (
+        None if mask is None else decode_mask(bytes(get(mask, Blob)), mask.source or "the mask")
+    )
     given_keypoints = (
         None
         if keypoints is None
         else read_openpose(
-            bytes(get(keypoints, Blob)), photo_size=(pixels.shape[1], pixels.shape[0]), name=keypoints.source or "the keypoints file"
+            bytes(get(keypoints, Blob)),
+            photo_size=(pixels.shape[1], pixels.shape[0]),
+            name=keypoints.source or "the keypoints file",
         )
     )
     try:
-        found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception, corrections=corrections)
+        found = find_person(
+            pixels,
+            mask=given_mask,
+            keypoints=given_keypoints,
+            settings=perception,
+            corrections=corrections,
+        )
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:

@@ -57,7 +57,9 @@ class Poses(Record):
         self._check("bone_transforms", ("T", "B", 4, 4))
         for name, strength in self.expressions.items():
             if np.shape(strength) != (len(self.bone_transforms),):
-                raise InputError(f"Poses.expressions.{name} has shape {np.shape(strength)}; expected ({len(self.bone_transforms)},)")
+                raise InputError(
+                    f"Poses.expressions.{name} has shape {np.shape(strength)}; expected ({len(self.bone_transforms)},)"
+                )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,12 +119,15 @@ class Image(Record):
 
     @property
     def pixels(self) -> ByteArray:
-        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light grey (videos have no alpha channel)."""
+        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light grey (videos have no
+        alpha channel)."""
         import PIL.Image
 
         image: PIL.Image.Image = PIL.Image.open(io.BytesIO(self.png.tobytes()))
         if image.mode == "RGBA":
-            image = PIL.Image.alpha_composite(PIL.Image.new("RGBA", image.size, (200, 203, 206, 255)), image)
+            image = PIL.Image.alpha_composite(
+                PIL.Image.new("RGBA", image.size, (200, 203, 206, 255)), image
+            )
         return np.asarray(image.convert("RGB"))
 
 

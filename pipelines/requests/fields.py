@@ -1,4 +1,5 @@
-"""What the requests have in common: a field has the same name on the command line, in a table, in YAML and in Python, and its value is checked."""
+"""What the requests have in common: a field has the same name on the command line, in a table, in
+YAML and in Python, and its value is checked."""
 
 from __future__ import annotations
 
@@ -39,15 +40,21 @@ class Request:
 
     @classmethod
     def of(cls, **values: object) -> Self:
-        """A request of values by their names; text is read as the field's type, lists of names may take the place of text with commas.
+        """A request of values by their names; text is read as the field's type, lists of names may
+        take the place of text with commas.
 
         Raises
         ------
         InputError
-            An unknown name (the nearest are named), a missing one, or a value that the field cannot have.
+            An unknown name (the nearest are named), a missing one, or a value that the field cannot
+            have.
         """
         given = _converted(cls, values)
-        if missing := [item.name for item in dataclasses.fields(cls) if _is_required(item) and item.name not in given]:
+        if missing := [
+            item.name
+            for item in dataclasses.fields(cls)
+            if _is_required(item) and item.name not in given
+        ]:
             raise InputError(f"no {missing[0]} given; name one")
         return cls(**given)
 
@@ -84,7 +91,11 @@ def check_known(names: typing.Collection[str], known: typing.Collection[str]) ->
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=2, cutoff=0.5)
-            hint = f"did you mean {' or '.join(near)}?" if near else f"the names are {', '.join(sorted(known))}"
+            hint = (
+                f"did you mean {' or '.join(near)}?"
+                if near
+                else f"the names are {', '.join(sorted(known))}"
+            )
             raise InputError(f"unknown setting '{shorten(name, 60)}'; {hint}")
 
 
@@ -115,7 +126,11 @@ class _Rule:
         if typing.get_origin(hint) is Literal:
             return cls(str, False, typing.get_args(hint))
         kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-        return cls(next(kind for kind in kinds if kind is not type(None)), type(None) in kinds, choices or ())
+        return cls(
+            next(kind for kind in kinds if kind is not type(None)),
+            type(None) in kinds,
+            choices or (),
+        )
 
     def check(self, name: str, value: object) -> object:
         """The value, a whole number as a float where the field is one.
@@ -130,13 +145,17 @@ class _Rule:
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         if not isinstance(value, self.kind) or (isinstance(value, bool) and self.kind is not bool):
-            raise InputError(f"{name} is {brief(value)}; expected {_MADE_OF.get(self.kind, self.kind.__name__)}")
+            raise InputError(
+                f"{name} is {brief(value)}; expected {_MADE_OF.get(self.kind, self.kind.__name__)}"
+            )
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{name} is {value}; expected a finite number")
         if self.choices and value not in self.choices:
             raise InputError(f"{name} is {brief(value)}; choose from {', '.join(self.choices)}")
         if name.endswith("seed") and isinstance(value, int) and not 0 <= value < SEEDS:
-            raise InputError(f"{name} is {brief(value)}; expected a whole number from 0 to {SEEDS - 1}")
+            raise InputError(
+                f"{name} is {brief(value)}; expected a whole number from 0 to {SEEDS - 1}"
+            )
         return value
 
     def read(self, name: str, value: object) -> object:
@@ -144,7 +163,11 @@ class _Rule:
         if self.kind is str:
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
-            if isinstance(value, list | tuple) and value and all(isinstance(one, str) for one in value):
+            if (
+                isinstance(value, list | tuple)
+                and value
+                and all(isinstance(one, str) for one in value)
+            ):
                 value = ",".join(value)
         elif isinstance(value, str):
             value = self._of_text(name, value)
@@ -157,14 +180,19 @@ class _Rule:
             return int(text)
         if self.kind is float and re.fullmatch(r"[+-]?\d{1,18}(\.\d{0,18})?", text, re.ASCII):
             return float(text)
-        raise InputError(f"{name} is '{shorten(text, 60)}'; expected {_MADE_OF.get(self.kind, self.kind.__name__)}")
+        raise InputError(
+            f"{name} is '{shorten(text, 60)}'; expected {_MADE_OF.get(self.kind, self.kind.__name__)}"
+        )
 
 
 @functools.cache
 def _rules(kind: Any) -> Mapping[str, _Rule]:
     hints = hints_of(kind)
     return {
-        item.name: _Rule.of(hints[item.name], (item.metadata.get("option") or {}).get("choices") or ()) for item in dataclasses.fields(kind)
+        item.name: _Rule.of(
+            hints[item.name], (item.metadata.get("option") or {}).get("choices") or ()
+        )
+        for item in dataclasses.fields(kind)
     }
 
 
@@ -173,7 +201,8 @@ def _is_required(item: dataclasses.Field[Any]) -> bool:
 
 
 def _converted(kind: type, values: Mapping[str, object], now: object = None) -> dict[str, Any]:
-    """Values by the fields of a dataclass; settings may be given whole, as a mapping, or one by one as ``fit.steps``."""
+    """Values by the fields of a dataclass; settings may be given whole, as a mapping, or one by one
+    as ``fit.steps``."""
     rules, hints, found = _rules(kind), hints_of(kind), dict[str, Any]()
     for name, value in values.items():
         own, _, inner = name.partition(".")
@@ -182,7 +211,9 @@ def _converted(kind: type, values: Mapping[str, object], now: object = None) -> 
         if inner or (dataclasses.is_dataclass(hints[own]) and isinstance(value, Mapping)):
             before = found.get(own, getattr(now, own, None))
             known = hints[own]() if before is None else before
-            parts: Mapping[str, object] = {inner: value} if inner else typing.cast(Mapping[str, object], value)
+            parts: Mapping[str, object] = (
+                {inner: value} if inner else typing.cast(Mapping[str, object], value)
+            )
             found[own] = dataclasses.replace(known, **_converted(hints[own], parts, known))
         else:
             found[own] = rules[own].read(name, value)

@@ -41,16 +41,26 @@ class FilmRequest(Request):
         metavar="WHAT",
     )
     background: str = option(
-        "stage, transparent, a colour, an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
+        "stage, transparent, a colour, an image file, or photo (adds photo.mp4)",
+        default=_LOOK.background,
+        metavar="WHAT",
     )
     look: str = option(f"light: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
     size: int = option("pixels of the longer side", default=_LOOK.size)
-    aspect: str = option("shape of each view: 1:1, 9:16, 16:9 or another width:height", default=_LOOK.aspect, metavar="W:H")
+    aspect: str = option(
+        "shape of each view: 1:1, 9:16, 16:9 or another width:height",
+        default=_LOOK.aspect,
+        metavar="W:H",
+    )
     titles: bool = flag("the views' names above the pictures of video.mp4", rare=True)
     spp: int = option("samples a pixel", default=_LOOK.spp, rare=True)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
-    variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
-    no_props: bool = flag("nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True)
+    variant: str = option(
+        "Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True
+    )
+    no_props: bool = flag(
+        "nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True
+    )
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
     deform: DeformSettings = settings(DeformSettings, users=("method",))
 
@@ -70,8 +80,14 @@ class FilmRequest(Request):
         from a2v.rendering import check_views, read_cameras, read_look
 
         cameras = () if self.camera in (FOLLOW, STILL) else read_cameras(self.camera)
-        named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
-        background, backdrop = _background(store, _LOOK.background if self.in_photo else self.background)
+        named = (
+            self.views.split(",")
+            if self.views is not None
+            else [one.name for one in cameras] or VIEWS
+        )
+        background, backdrop = _background(
+            store, _LOOK.background if self.in_photo else self.background
+        )
         render = RenderSettings(
             views=tuple(view.strip() for view in named),
             background=background,
@@ -86,7 +102,14 @@ class FilmRequest(Request):
         )
         check_views(render.views, cameras)
         look, footing = read_look(self.look), FootingSettings(shown=not self.no_props)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": look, "deform": self.deform, "footing": footing}
+        return {
+            "render": render,
+            "cameras": cameras,
+            "backdrop": backdrop,
+            "look": look,
+            "deform": self.deform,
+            "footing": footing,
+        }
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
@@ -101,7 +124,9 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
         red, green, blue, *_ = ImageColor.getrgb(asked)
         return f"#{red:02x}{green:02x}{blue:02x}", None
     if not Path(asked).is_file():
-        raise InputError(f"background '{asked}' is no file; expected stage, photo, transparent, a colour such as #30506f, or an image")
+        raise InputError(
+            f"background '{asked}' is no file; expected stage, photo, transparent, a colour such as #30506f, or an image"
+        )
     data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
     decode_photo(data, Path(asked).name)  # or an error before anything long runs
     return "image", put_file(store, asked)

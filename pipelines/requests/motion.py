@@ -1,4 +1,5 @@
-"""The motion of a video: actions or a file, how long, where to, and what is done to it; checked before anything long runs."""
+"""The motion of a video: actions or a file, how long, where to, and what is done to it; checked
+before anything long runs."""
 
 from __future__ import annotations
 
@@ -39,7 +40,9 @@ MANY = "cmu-fine"
 MODEL = f"what makes it: {AUTO} (all of them), clips, a model's name, or an .onnx file"
 """What the options that name a motion model say."""
 
-ACTION = "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"
+ACTION = (
+    "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"
+)
 SECONDS = "length of a motion (default: 5, or as long as the model's own clips are)"
 FRAMES = "length in frames, instead of --seconds"
 FPS = "frames a second"
@@ -54,8 +57,11 @@ DEFAULT_SECONDS = 5.0
 MAX_FRAMES = 10_000
 
 
-def length_of(*, frames: int | None, seconds: float | None, fps: float, longest: float = np.inf) -> int:
-    """Frames at `fps` of a motion: as many as are asked for, or `seconds`, or `DEFAULT_SECONDS` where those are not `longest`.
+def length_of(
+    *, frames: int | None, seconds: float | None, fps: float, longest: float = np.inf
+) -> int:
+    """Frames at `fps` of a motion: as many as are asked for, or `seconds`, or `DEFAULT_SECONDS`
+    where those are not `longest`.
 
     Raises
     ------
@@ -63,13 +69,19 @@ def length_of(*, frames: int | None, seconds: float | None, fps: float, longest:
         Both are asked for, or a number is out of range.
     """
     if frames is not None and seconds is not None:
-        raise InputError(f"both frames ({frames}) and seconds ({seconds:g}) are given; give one of them")
+        raise InputError(
+            f"both frames ({frames}) and seconds ({seconds:g}) are given; give one of them"
+        )
     if not 0.5 <= fps <= 240:
         raise InputError(f"fps is {fps}; expected 0.5 to 240")
     if seconds is not None and not 0 < seconds <= MAX_FRAMES / fps:
-        raise InputError(f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames a second")
+        raise InputError(
+            f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames a second"
+        )
     if frames is None:
-        frames = max(1, round((min(DEFAULT_SECONDS, longest) if seconds is None else seconds) * fps))
+        frames = max(
+            1, round((min(DEFAULT_SECONDS, longest) if seconds is None else seconds) * fps)
+        )
     if not 1 <= frames <= MAX_FRAMES:
         raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
     return frames
@@ -89,7 +101,8 @@ def open_model(name: str) -> MotionModel:
 
 
 def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
-    """What is asked for as steps, and what makes them (`plan_motion`); in a terminal, words that mean no action can be replaced by one of the nearest.
+    """What is asked for as steps, and what makes them (`plan_motion`); in a terminal, words that
+    mean no action can be replaced by one of the nearest.
 
     Raises
     ------
@@ -102,34 +115,55 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
     action = asked.action
     while True:
         try:
-            return plan_motion(action, model=asked.model, licence=asked.licence, timeline=asked.timeline, directed=directed)
+            return plan_motion(
+                action,
+                model=asked.model,
+                licence=asked.licence,
+                timeline=asked.timeline,
+                directed=directed,
+            )
         except UnknownActionError as error:
-            chosen = "" if asked.timeline is not None or error.text not in action else _offered(error)
+            chosen = (
+                "" if asked.timeline is not None or error.text not in action else _offered(error)
+            )
             if not chosen:
                 raise
             action = action.replace(error.text, chosen)
 
 
 def _offered(error: UnknownActionError) -> str:
-    """The one of the nearest actions that whoever sits at the terminal chooses; "" for none, or where nobody does."""
-    if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get("CI"):
+    """The one of the nearest actions that whoever sits at the terminal chooses; "" for none, or
+    where nobody does."""
+    if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get(
+        "CI"
+    ):
         return ""
-    print(f"'{shorten(error.text, 80)}' is none of the actions that are known. The nearest:", file=sys.stderr)
+    print(
+        f"'{shorten(error.text, 80)}' is none of the actions that are known. The nearest:",
+        file=sys.stderr,
+    )
     for number, name in enumerate(error.nearest, 1):
         print(f"  {number}  {name}", file=sys.stderr)
     print("Number, or Enter for none: ", end="", file=sys.stderr, flush=True)
     answer = sys.stdin.readline().strip()
-    return error.nearest[int(answer) - 1] if answer.isdecimal() and 1 <= int(answer) <= len(error.nearest) else ""
+    return (
+        error.nearest[int(answer) - 1]
+        if answer.isdecimal() and 1 <= int(answer) <= len(error.nearest)
+        else ""
+    )
 
 
 def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, fps: float) -> int:
-    """Frames of a plan at `fps`; where nothing is asked for, as long as its actions last by nature. See `length_of`."""
+    """Frames of a plan at `fps`; where nothing is asked for, as long as its actions last by nature.
+    See `length_of`."""
     if frames is None and seconds is None and plan.seconds is not None:
         seconds = plan.seconds
     return length_of(frames=frames, seconds=seconds, fps=fps, longest=plan.longest)
 
 
-def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *, fps: float, count: int = 1) -> Direction | None:
+def read_direction(
+    model: MotionModel, steps: Sequence[Step], way: WayOptions, *, fps: float, count: int = 1
+) -> Direction | None:
     """Where the motion shall go, and what shall be on its way; None where nothing is asked for.
 
     Raises
@@ -143,12 +177,16 @@ def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *
     from a2v.motion.ways import read_path
 
     if way.path is None and way.pace is not None:
-        raise InputError(f"pace is {way.pace:g}, but there is no path; give one with --path, or change the tempo with --speed")
+        raise InputError(
+            f"pace is {way.pace:g}, but there is no path; give one with --path, or change the tempo with --speed"
+        )
     if not way.given:
         return None
     path = None if way.path is None else read_path(way.path)
     check_directed(model, steps, Direction(path=path), count=count)
-    keys, holds = ([], []) if way.keyframes is None else read_keyframes(way.keyframes, model, fps=fps)
+    keys, holds = (
+        ([], []) if way.keyframes is None else read_keyframes(way.keyframes, model, fps=fps)
+    )
     if way.start_pose is not None:
         keys += [Keyframe(time=at, joints=pose) for at, pose in read_poses(way.start_pose, model)]
     if way.end_pose is not None:
@@ -156,7 +194,9 @@ def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *
         keys += [Keyframe(time=poses[-1][0] - at, joints=pose, to_end=True) for at, pose in poses]
     holds += [] if way.hold is None else read_holds(way.hold)
     heading = None if way.heading is None else float(np.radians(way.heading))
-    direction = Direction(path=path, pace=way.pace, heading=heading, keyframes=tuple(keys), holds=tuple(holds))
+    direction = Direction(
+        path=path, pace=way.pace, heading=heading, keyframes=tuple(keys), holds=tuple(holds)
+    )
     check_directed(model, steps, direction)
     return direction
 
@@ -165,9 +205,20 @@ def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *
 class WayOptions:
     """Where a motion goes, and what is on its way (docs/motion.md)."""
 
-    path: str | None = option("go along this: points 'x,z x,z ...' in metres, or a .csv, .yaml or .svg file", default=None)
-    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None, rare=True)
-    heading: float | None = option("face this way all along, degrees: 0 is ahead, 90 the left", default=None, metavar="DEGREES", rare=True)
+    path: str | None = option(
+        "go along this: points 'x,z x,z ...' in metres, or a .csv, .yaml or .svg file", default=None
+    )
+    pace: float | None = option(
+        "metres a second along --path; by default as fast as the action goes",
+        default=None,
+        rare=True,
+    )
+    heading: float | None = option(
+        "face this way all along, degrees: 0 is ahead, 90 the left",
+        default=None,
+        metavar="DEGREES",
+        rare=True,
+    )
     keyframes: str | None = option(
         "YAML file of poses of motion files, places and headings at given times, and joints that are held",
         default=None,
@@ -175,9 +226,14 @@ class WayOptions:
         rare=True,
     )
     start_pose: str | None = option(
-        "the first pose: that of a motion file, FILE#12, or FILE#8-15 for some", default=None, metavar="FILE", rare=True
+        "the first pose: that of a motion file, FILE#12, or FILE#8-15 for some",
+        default=None,
+        metavar="FILE",
+        rare=True,
     )
-    end_pose: str | None = option("the last pose, likewise", default=None, metavar="FILE", rare=True)
+    end_pose: str | None = option(
+        "the last pose, likewise", default=None, metavar="FILE", rare=True
+    )
     hold: str | None = option(
         "joints that are held: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...', metres and seconds; 'left_wrist body ...' from the root",
         default=None, metavar="WHAT", rare=True,
@@ -186,7 +242,11 @@ class WayOptions:
     @property
     def given(self) -> bool:
         """Whether anything is asked for."""
-        return any(getattr(self, item.name) is not None for item in dataclasses.fields(WayOptions) if item.name != "pace")
+        return any(
+            getattr(self, item.name) is not None
+            for item in dataclasses.fields(WayOptions)
+            if item.name != "pace"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,7 +270,9 @@ class ActionOptions:
 
     action: str = option(ACTION, default="")
     timeline: str | None = option(
-        "YAML file of actions with their lengths, instead of --action (docs/motion.md)", default=None, metavar="FILE"
+        "YAML file of actions with their lengths, instead of --action (docs/motion.md)",
+        default=None,
+        metavar="FILE",
     )
 
 
@@ -220,7 +282,10 @@ class LengthOptions:
 
     model: str = option(MODEL, default=AUTO)
     licence: str = option(
-        "any, or free: without what is for research only (HumanAct12)", default=LICENCES[0], choices=LICENCES, rare=True
+        "any, or free: without what is for research only (HumanAct12)",
+        default=LICENCES[0],
+        choices=LICENCES,
+        rare=True,
     )
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None, rare=True)
@@ -239,15 +304,25 @@ class CarryOptions:
 
     from_photo: bool = flag("begin in the photo's own pose and go over into the action")
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
-    no_blink: bool = flag("the eyes stay open; by default the person blinks now and then", rare=True)
-    retarget: RetargetSettings = settings(RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "from_photo", "life"))
+    no_blink: bool = flag(
+        "the eyes stay open; by default the person blinks now and then", rare=True
+    )
+    retarget: RetargetSettings = settings(
+        RetargetSettings,
+        users=("raw", "align", "level", "smoothing", "clear_arms", "from_photo", "life"),
+    )
     blink: BlinkSettings = settings(BlinkSettings, users=("rate", "seed"))
 
     def parameters(self) -> Parameters:
         """`retarget` and `blink`."""
         carried = self.retarget
-        carried = dataclasses.replace(carried, raw=self.raw or carried.raw, from_photo=self.from_photo or carried.from_photo)
-        return {"retarget": carried, "blink": dataclasses.replace(self.blink, rate=0) if self.no_blink else self.blink}
+        carried = dataclasses.replace(
+            carried, raw=self.raw or carried.raw, from_photo=self.from_photo or carried.from_photo
+        )
+        return {
+            "retarget": carried,
+            "blink": dataclasses.replace(self.blink, rate=0) if self.no_blink else self.blink,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,7 +345,9 @@ class ResolvedMotion:
 class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions):
     """A motion for one person, generated or recorded, and how it is carried over to the body."""
 
-    motion: str | None = option(f"recorded motion instead of a model: {MOTION_FILES}", default=None, metavar="FILE")
+    motion: str | None = option(
+        f"recorded motion instead of a model: {MOTION_FILES}", default=None, metavar="FILE"
+    )
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
     def resolve(self) -> ResolvedMotion:
@@ -279,23 +356,50 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
         Raises
         ------
         InputError
-            An unknown model or file, an action that nothing comes near (the nearest are named), or a number out of range.
+            An unknown model or file, an action that nothing comes near (the nearest are named), or
+            a number out of range.
         """
         moving: Parameters = {"edit": self.edit, **self.parameters()}
         if self.motion is not None:
             alone = ("timeline", *(item.name for item in dataclasses.fields(WayOptions)))
             if given := [name for name in alone if getattr(self, name) is not None]:
-                raise InputError(f"{given[0]} cannot be given with motion; a recorded motion goes where it went")
+                raise InputError(
+                    f"{given[0]} cannot be given with motion; a recorded motion goes where it went"
+                )
             length = length_of(frames=self.frames, seconds=self.seconds, fps=self.fps)
             return ResolvedMotion(
-                parameters={**moving, "motion_file": File.of(self.motion), "action": self.action, "frames": length, "fps": self.fps, "follow": self.follow}
+                parameters={
+                    **moving,
+                    "motion_file": File.of(self.motion),
+                    "action": self.action,
+                    "frames": length,
+                    "fps": self.fps,
+                    "follow": self.follow,
+                }
             )
         plan = read_plan(self, directed=self.given)
         length = plan_length(plan, frames=self.frames, seconds=self.seconds, fps=self.fps)
         direction = None
         if self.given or self.pace is not None:
             if plan.model is None:
-                raise InputError(f"{', '.join(plan.sources)} cannot be directed; leave path, poses and holds out, or choose --model {MANY}")
+                raise InputError(
+                    f"{', '.join(plan.sources)} cannot be directed; leave path, poses and holds out, or choose --model {MANY}"
+                )
             direction = read_direction(plan.model, plan.steps, self, fps=self.fps)
-        asked = {"steps": plan.steps, "frames": length, "seed": self.seed, "fps": self.fps, "direction": direction}
-        return ResolvedMotion(parameters={**moving, "model": File.of(plan.path) if plan.model is not None else File(plan.path, plan.digest), **asked}, understood=tuple(plan.lines()))
+        asked = {
+            "steps": plan.steps,
+            "frames": length,
+            "seed": self.seed,
+            "fps": self.fps,
+            "direction": direction,
+        }
+        return ResolvedMotion(
+            parameters={
+                **moving,
+                "model": File.of(plan.path)
+                if plan.model is not None
+                else File(plan.path, plan.digest),
+                **asked,
+            },
+            understood=tuple(plan.lines()),
+        )

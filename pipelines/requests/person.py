@@ -12,7 +12,13 @@ from a2v.errors import InputError
 from a2v.io import read_bytes
 from a2v.perception import Corrections, PerceptionSettings, read_corrections
 from a2v.perception.corrections import MAX_BYTES
-from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings, ImplicitSettings, SurfaceSettings
+from a2v.reconstruction import (
+    ColorSettings,
+    FaceSettings,
+    HandSettings,
+    ImplicitSettings,
+    SurfaceSettings,
+)
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
 from a2v.reconstruction.canonical import CharacterSettings
 from pipelines.engine.graph import Parameters
@@ -29,33 +35,76 @@ ENGINE = EngineSettings()
 class PhotoOptions:
     """The photo, and what replaces the detectors."""
 
-    photo: str = option("the person, seen whole: JPEG, PNG...; again for further photos of the same person", more="more")
+    photo: str = option(
+        "the person, seen whole: JPEG, PNG...; again for further photos of the same person",
+        more="more",
+    )
     more: str | None = option(
         "further photos of the same person in the same clothes, with commas: from behind, from the side; the first one's pose is kept",
         default=None, metavar="FILES", rare=True,
     )  # fmt: skip
-    mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
-    keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE", rare=True)
-    corrections: str | None = option("YAML file: landmarks, limbs in front or behind, strokes of the mask, which person", default=None, metavar="FILE")
+    mask: str | None = option(
+        "image of the photo's size, white where the person is; replaces the detector's",
+        default=None,
+        metavar="FILE",
+    )
+    keypoints: str | None = option(
+        "OpenPose JSON; replaces the detector's", default=None, metavar="FILE", rare=True
+    )
+    corrections: str | None = option(
+        "YAML file: landmarks, limbs in front or behind, strokes of the mask, which person",
+        default=None,
+        metavar="FILE",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class PersonStages:
-    """The settings of the stages from a photo to a character; the backend says whether `implicit` or `shape` counts."""
+    """The settings of the stages from a photo to a character; the backend says whether `implicit`
+    or `shape` counts."""
 
-    backend: str = option(f"how the person is reconstructed: {', '.join(NAMES)}", default=DEFAULT_BACKEND, choices=NAMES, metavar="NAME")
-    pifuhd: str = option("PIFuHD's checkpoint, your own file, for the backend papers", default="", metavar="FILE", rare=True)
+    backend: str = option(
+        f"how the person is reconstructed: {', '.join(NAMES)}",
+        default=DEFAULT_BACKEND,
+        choices=NAMES,
+        metavar="NAME",
+    )
+    pifuhd: str = option(
+        "PIFuHD's checkpoint, your own file, for the backend papers",
+        default="",
+        metavar="FILE",
+        rare=True,
+    )
     pifu_geometry: str = option(
-        "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs", default="", metavar="FILE", rare=True
+        "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs",
+        default="",
+        metavar="FILE",
+        rare=True,
     )
-    pifu_color: str = option("PIFu's net_C, likewise: colours of what the photo does not show", default="", metavar="FILE", rare=True)
+    pifu_color: str = option(
+        "PIFu's net_C, likewise: colours of what the photo does not show",
+        default="",
+        metavar="FILE",
+        rare=True,
+    )
     pamir_geometry: str = option(
-        "PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model", default="", metavar="FILE", rare=True
+        "PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model",
+        default="",
+        metavar="FILE",
+        rare=True,
     )
-    pamir_texture: str = option("PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True)
-    perception: PerceptionSettings = settings(PerceptionSettings, users=("confidence", "max_side", "face", "hands"))
-    fit: FitSettings = settings(FitSettings, users=("model", "height", "distance", "starts", "seed"))
-    implicit: ImplicitSettings = settings(ImplicitSettings, users=("weights", "resolution", "vertices"))
+    pamir_texture: str = option(
+        "PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True
+    )
+    perception: PerceptionSettings = settings(
+        PerceptionSettings, users=("confidence", "max_side", "face", "hands")
+    )
+    fit: FitSettings = settings(
+        FitSettings, users=("model", "height", "distance", "starts", "seed")
+    )
+    implicit: ImplicitSettings = settings(
+        ImplicitSettings, users=("weights", "resolution", "vertices")
+    )
     shape: SurfaceSettings = settings(SurfaceSettings, users=("resolution", "vertices"))
     hands: HandSettings = settings(HandSettings)
     face: FaceSettings = settings(FaceSettings, users=("expressions",))
@@ -66,11 +115,20 @@ class PersonStages:
     color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
     bind: BindSettings = settings(BindSettings, users=())
     triangles: int = option(
-        "most triangles of the files for other tools, with a normal map; 0: all", default=ENGINE.triangles
+        "most triangles of the files for other tools, with a normal map; 0: all",
+        default=ENGINE.triangles,
     )
-    texture: int = option("texels along each side of the texture: 1024, 2048 or 4096", default=ENGINE.texture, rare=True)
-    normal_map: int = option("texels along each side of the normal map, 0 for none", default=ENGINE.normal_map, rare=True)
-    one_material: bool = flag("one material in .glb instead of one each for skin, hair, cloth, eyes and mouth", rare=True)
+    texture: int = option(
+        "texels along each side of the texture: 1024, 2048 or 4096",
+        default=ENGINE.texture,
+        rare=True,
+    )
+    normal_map: int = option(
+        "texels along each side of the normal map, 0 for none", default=ENGINE.normal_map, rare=True
+    )
+    one_material: bool = flag(
+        "one material in .glb instead of one each for skin, hair, cloth, eyes and mouth", rare=True
+    )
 
     @property
     def reconstruction(self) -> BackendSettings:
@@ -79,7 +137,10 @@ class PersonStages:
             return self.shape
         if self.backend == "pifu":
             return _with_digest(self.implicit)
-        checkpoints = {name: getattr(self, name) for name in ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture")}
+        checkpoints = {
+            name: getattr(self, name)
+            for name in ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture")
+        }
         smpl = self.fit.model if self.pamir_geometry and self.fit.model.endswith(".npz") else ""
         return plugged(self.backend, **checkpoints, smpl=smpl).pinned()
 
@@ -92,15 +153,40 @@ class PersonStages:
             A model's file is missing, or its name is unknown.
         """
         fit = dataclasses.replace(self.fit, model=FitSettings.model)  # a file counts by its content
-        known = {"perception": self.perception, "fit": fit, "body_model": body_model_file(self.fit.model), "shape": self.reconstruction}
+        known = {
+            "perception": self.perception,
+            "fit": fit,
+            "body_model": body_model_file(self.fit.model),
+            "shape": self.reconstruction,
+        }
         figure = CharacterSettings(kind="canonical" if self.character == "canonical" else "fused")
-        engine = EngineSettings(triangles=self.triangles, texture=self.texture, normal_map=self.normal_map, one_material=self.one_material)
-        color = dataclasses.replace(self.color, texture=engine.texture) if engine.texture > self.color.texture > 0 else self.color
-        return {**known, "figure": figure, "hands": self.hands, "face": self.face, "color": color, "bind": self.bind, "engine": engine}
+        engine = EngineSettings(
+            triangles=self.triangles,
+            texture=self.texture,
+            normal_map=self.normal_map,
+            one_material=self.one_material,
+        )
+        color = (
+            dataclasses.replace(self.color, texture=engine.texture)
+            if engine.texture > self.color.texture > 0
+            else self.color
+        )
+        return {
+            **known,
+            "figure": figure,
+            "hands": self.hands,
+            "face": self.face,
+            "color": color,
+            "bind": self.bind,
+            "engine": engine,
+        }
 
     def with_photo(self, photo: str) -> PersonRequest:
         """The person of a photo by these settings."""
-        return PersonRequest(photo=photo, **{item.name: getattr(self, item.name) for item in dataclasses.fields(PersonStages)})
+        return PersonRequest(
+            photo=photo,
+            **{item.name: getattr(self, item.name) for item in dataclasses.fields(PersonStages)},
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,16 +203,26 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         """
         paths = listed(self.more or "")
         if paths and (self.character != "canonical" or self.fit.model != FitSettings.model):
-            raise InputError("several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo")
+            raise InputError(
+                "several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo"
+            )
         files = {name: getattr(self, name) for name in ("photo", "mask", "keypoints")}
-        parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters() | {"corrections": corrections_of(self.corrections)}
+        parameters = (
+            {name: put_file(store, path) for name, path in files.items()}
+            | self.parameters()
+            | {"corrections": corrections_of(self.corrections)}
+        )
         if not paths:
             return parameters
-        photos = [ref for path in (self.photo, *paths) if (ref := put_file(store, path)) is not None]
+        photos = [
+            ref for path in (self.photo, *paths) if (ref := put_file(store, path)) is not None
+        ]
         if len({ref.digest for ref in photos}) < len(photos):
             raise InputError("one photo is given twice; give every photo of the person once")
         del parameters["body_model"]  # the shape that they share is Anny's
-        return parameters | {"other": sorted(photos[1:], key=lambda ref: ref.digest)}  # their order means nothing
+        return parameters | {
+            "other": sorted(photos[1:], key=lambda ref: ref.digest)
+        }  # their order means nothing
 
 
 def corrections_of(path: str | None) -> Corrections:
@@ -137,7 +233,9 @@ def corrections_of(path: str | None) -> Corrections:
     InputError
         It cannot be read, or says what cannot be.
     """
-    return Corrections() if path is None else read_corrections(read_bytes(path, limit=MAX_BYTES), path)
+    return (
+        Corrections() if path is None else read_corrections(read_bytes(path, limit=MAX_BYTES), path)
+    )
 
 
 MOST_PHOTOS = 8
@@ -154,7 +252,9 @@ def listed(more: str) -> list[str]:
     """
     paths = [path.strip() for path in more.split(",") if path.strip()]
     if len(paths) >= MOST_PHOTOS:
-        raise InputError(f"{len(paths) + 1} photos of one person are given; expected at most {MOST_PHOTOS}")
+        raise InputError(
+            f"{len(paths) + 1} photos of one person are given; expected at most {MOST_PHOTOS}"
+        )
     return paths
 
 

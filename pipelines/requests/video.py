@@ -1,4 +1,5 @@
-"""A video: a person, a motion and how it is filmed. The one description of it that command line, tables, page and Python share."""
+"""A video: a person, a motion and how it is filmed. The one description of it that command line,
+tables, page and Python share."""
 
 from __future__ import annotations
 
@@ -38,8 +39,13 @@ class Resolved:
 
     @property
     def in_force(self) -> Parameters:
-        """The parameters that are settings, with what was found for those left open; neither files nor what is given by reference."""
-        return {name: value for name, value in self.parameters.items() if not isinstance(value, Ref | File)}
+        """The parameters that are settings, with what was found for those left open; neither files
+        nor what is given by reference."""
+        return {
+            name: value
+            for name, value in self.parameters.items()
+            if not isinstance(value, Ref | File)
+        }
 
     @property
     def graph(self) -> Graph:
@@ -57,29 +63,49 @@ class VideoRequest:
 
     @classmethod
     def of(cls, **values: object) -> VideoRequest:
-        """A request of values by their names, whichever part they belong to; see `pipelines.requests.fields.Request.of`."""
+        """A request of values by their names, whichever part they belong to; see
+        `pipelines.requests.fields.Request.of`."""
         own = _by_part(values)
-        return cls(person=PersonRequest.of(**own["person"]), motion=MotionRequest.of(**own["motion"]), film=FilmRequest.of(**own["film"]))
+        return cls(
+            person=PersonRequest.of(**own["person"]),
+            motion=MotionRequest.of(**own["motion"]),
+            film=FilmRequest.of(**own["film"]),
+        )
 
     def changed(self, **values: object) -> VideoRequest:
         """The same request with other values."""
-        parts = {part: getattr(self, part).changed(**own) for part, own in _by_part(values).items() if own}
+        parts = {
+            part: getattr(self, part).changed(**own)
+            for part, own in _by_part(values).items()
+            if own
+        }
         return dataclasses.replace(self, **parts) if parts else self
 
     def described(self) -> dict[str, object]:
         """Every value by its name, as `of` takes it."""
         parts = (getattr(self, item.name) for item in dataclasses.fields(self))
-        return {item.name: getattr(part, item.name) for part in parts for item in dataclasses.fields(part)}
+        return {
+            item.name: getattr(part, item.name)
+            for part in parts
+            for item in dataclasses.fields(part)
+        }
 
     def files(self) -> dict[str, str]:
         """The files that it names, by the names of its values."""
         named = self.described()
-        more = {f"photo {number}": path for number, path in enumerate(listed(str(named["more"] or "")), 2)}
-        return {name: str(named[name]) for name in FILES if named[name]} | more | {
-            name: str(named[name])
-            for name in MAYBE_FILES
-            if named[name] and os.path.isfile(str(named[name]))  # noqa: PTH113
+        more = {
+            f"photo {number}": path
+            for number, path in enumerate(listed(str(named["more"] or "")), 2)
         }
+        return (
+            {name: str(named[name]) for name in FILES if named[name]}
+            | more
+            | {
+                name: str(named[name])
+                for name in MAYBE_FILES
+                if named[name] and os.path.isfile(str(named[name]))  # noqa: PTH113
+            }
+        )
 
     def resolve(self, store: Store) -> Resolved:
         """Check it and read what it names; files are taken into `store`.
@@ -87,12 +113,17 @@ class VideoRequest:
         Raises
         ------
         InputError
-            An unknown model, action, view or look (the nearest are named), a number out of range, or an unreadable file.
+            An unknown model, action, view or look (the nearest are named), a number out of range,
+            or an unreadable file.
         """
         film = self.film.resolve(store)
         moving = self.motion.resolve()
         parameters = film | moving.parameters | self.person.resolve(store)
-        return Resolved(parameters=parameters, recorded=self.motion.motion is not None, understood=moving.understood)
+        return Resolved(
+            parameters=parameters,
+            recorded=self.motion.motion is not None,
+            understood=moving.understood,
+        )
 
 
 FILES = ("photo", "mask", "keypoints", "corrections", "motion", "timeline", "keyframes")
@@ -129,11 +160,15 @@ def _by_part(values: Mapping[str, object]) -> dict[str, dict[str, object]]:
 # --- straight to what a graph takes
 
 
-def video_parameters(store: Store, photo: str | os.PathLike[str], action: str = "", **values: object) -> Parameters:
-    """The graph's parameters of a video; `values` by the names of `VideoRequest`. See `VideoRequest.resolve`."""
+def video_parameters(
+    store: Store, photo: str | os.PathLike[str], action: str = "", **values: object
+) -> Parameters:
+    """The graph's parameters of a video; `values` by the names of `VideoRequest`. See
+    `VideoRequest.resolve`."""
     return VideoRequest.of(photo=photo, action=action, **values).resolve(store).parameters
 
 
 def photo_parameters(store: Store, photo: str | os.PathLike[str], **values: object) -> Parameters:
-    """The graph's parameters from a photo to a character; `values` by the names of `PersonRequest`."""
+    """The graph's parameters from a photo to a character; `values` by the names of
+    `PersonRequest`."""
     return PersonRequest.of(photo=photo, **values).resolve(store)

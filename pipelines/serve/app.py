@@ -53,11 +53,13 @@ _ALONE = {
         "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
     )
 }
-"""Of pages of one file, which hold their scripts: they get an origin of their own and reach nothing."""
+"""Of pages of one file, which hold their scripts: they get an origin of their own and reach
+nothing."""
 
 
 def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
-    """The application behind its guard; `ready` is called when it has begun, and signals are the server's."""
+    """The application behind its guard; `ready` is called when it has begun, and signals are the
+    server's."""
 
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
@@ -67,7 +69,9 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
         await desk.close()
 
     handlers = {A2VError: _told, HTTPException: _status}
-    return Guard(Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token)
+    return Guard(
+        Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token
+    )
 
 
 class Told(Response):
@@ -143,17 +147,33 @@ class Handlers:
 
     async def choices(self, request: Request) -> Response:
         """What may be chosen."""
-        return Told(await self._desk.threads.do(choices) | {"upload": MAX_UPLOAD, "rigs": RIGS, "formats": EXPORTS, "limbs": list(LIMB_BONES)})
+        return Told(
+            await self._desk.threads.do(choices)
+            | {"upload": MAX_UPLOAD, "rigs": RIGS, "formats": EXPORTS, "limbs": list(LIMB_BONES)}
+        )
 
     async def state(self, request: Request) -> Response:
         """Photos and jobs as they are."""
         photos = [_public(photo) for photo in self._library.photos.values()]
-        waiting = [job.id for job in sorted(self._library.jobs.values(), key=lambda one: one.created) if job.status == "waiting"]
+        waiting = [
+            job.id
+            for job in sorted(self._library.jobs.values(), key=lambda one: one.created)
+            if job.status == "waiting"
+        ]
         jobs = []
         for job in self._library.jobs.values():
             place = waiting.index(job.id) + 1 if job.id in waiting else 0
-            jobs.append(_public(job) | {"progress": self._desk.progress.get(job.id), "place": place})
-        return Told({"photos": photos, "jobs": jobs, "damaged": len(self._library.damaged), "problem": printable(self._library.problem)})
+            jobs.append(
+                _public(job) | {"progress": self._desk.progress.get(job.id), "place": place}
+            )
+        return Told(
+            {
+                "photos": photos,
+                "jobs": jobs,
+                "damaged": len(self._library.damaged),
+                "problem": printable(self._library.problem),
+            }
+        )
 
     async def words(self, request: Request) -> Response:
         """What a prompt is taken for."""
@@ -163,14 +183,22 @@ class Handlers:
             raise InputError("expected a model's name and some words")
         steps, matches = await self._desk.threads.do(understood, str(model), text)
         parts = [
-            {"text": match.text, "action": step.action, "seconds": step.seconds, "near": match.others[:3]}
+            {
+                "text": match.text,
+                "action": step.action,
+                "seconds": step.seconds,
+                "near": match.others[:3],
+            }
             for step, match in zip(steps, matches, strict=True)
         ]
         return Told({"parts": parts})
 
     async def take_photo(self, request: Request) -> Response:
-        """A photo comes in: its size before and while it is read, its pixels in a process of their own."""
-        return await self._arrive(functools.partial(save_photo, request), title(request.query_params.get("name", "")))
+        """A photo comes in: its size before and while it is read, its pixels in a process of their
+        own."""
+        return await self._arrive(
+            functools.partial(save_photo, request), title(request.query_params.get("name", ""))
+        )
 
     async def take_sample(self, request: Request) -> Response:
         """The sample person comes in as if somebody had sent the photo."""
@@ -179,13 +207,17 @@ class Handlers:
             try:
                 await self._desk.threads.do(shutil.copyfile, SAMPLE, path)
             except OSError as error:
-                raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and try again") from error
+                raise InputError(
+                    f"the photo cannot be kept: {error.strerror}; free some space and try again"
+                ) from error
 
         return await self._arrive(copy, "sample person")
 
     async def _arrive(self, save: Callable[[Path], Awaitable[None]], name: str) -> Response:
         if self._arriving >= MAX_ARRIVING:
-            raise HTTPException(503, "many photos are arriving at the moment; try again in a minute")
+            raise HTTPException(
+                503, "many photos are arriving at the moment; try again in a minute"
+            )
         self._arriving += 1
         folder = None
         try:
@@ -202,7 +234,8 @@ class Handlers:
         return Told(_public(photo), status_code=201)
 
     async def remove_photo(self, request: Request) -> Response:
-        """A person goes: the photo, its videos and all that the store remembers of it; the answer tells how much that was."""
+        """A person goes: the photo, its videos and all that the store remembers of it; the answer
+        tells how much that was."""
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
@@ -214,7 +247,11 @@ class Handlers:
         """What the user has corrected of a photo."""
         photo = self._photo(request)
         path = self._library.place(photo) / CORRECTIONS if photo.corrected else None
-        return Told((await self._desk.threads.do(corrections_of, None if path is None else str(path))).said())
+        return Told(
+            (
+                await self._desk.threads.do(corrections_of, None if path is None else str(path))
+            ).said()
+        )
 
     async def correct(self, request: Request) -> Response:
         """Corrections that count from now on; what is empty takes them back."""
@@ -225,7 +262,11 @@ class Handlers:
     async def outline(self, request: Request) -> Response:
         """The body's outline by corrections that are not kept."""
         photo = self._photo(request)
-        return Told(await self._desk.outline(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo)))
+        return Told(
+            await self._desk.outline(
+                photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo)
+            )
+        )
 
     async def take_more(self, request: Request) -> Response:
         """A further photo of a person."""
@@ -248,7 +289,9 @@ class Handlers:
         said, job = await read_json(request), self._job(request)
         rig, suffix = said.get("rig"), said.get("format")
         if rig not in RIGS or suffix not in EXPORTS:
-            raise InputError(f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})")
+            raise InputError(
+                f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})"
+            )
         await self._desk.export(job, str(rig), str(suffix))
         return Told(_public(job))
 
@@ -291,7 +334,11 @@ class Handlers:
         further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
         if name not in (SHOWN, MASK, CORRECTIONS, *further):
             raise HTTPException(404, "there is no such file")
-        return _file(self._library.place(photo) / name, self._library.folder, download=name if name == CORRECTIONS else None)
+        return _file(
+            self._library.place(photo) / name,
+            self._library.folder,
+            download=name if name == CORRECTIONS else None,
+        )
 
     async def job_file(self, request: Request) -> Response:
         """A result."""
@@ -307,7 +354,11 @@ class Handlers:
         if not job.files:
             raise HTTPException(404, "nothing is made yet")
         headers = {"Content-Disposition": 'attachment; filename="a2v.zip"'}
-        return StreamingResponse(zipped(self._library.place(job), job.files), media_type="application/zip", headers=headers)
+        return StreamingResponse(
+            zipped(self._library.place(job), job.files),
+            media_type="application/zip",
+            headers=headers,
+        )
 
     def _photo(self, request: Request) -> Photo:
         if (photo := self._library.photos.get(request.path_params["id"])) is None:
@@ -336,12 +387,20 @@ def _public(item: Photo | Job) -> dict[str, Any]:
 
 
 def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
-    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no plain file."""
+    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no
+    plain file."""
     try:
-        if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(path.lstat().st_mode):
+        if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(
+            path.lstat().st_mode
+        ):
             raise HTTPException(404, "there is no such file")
     except OSError:
         raise HTTPException(404, "there is no such file") from None
     alone = path.suffix == ".html" and inside != PAGE
     headers = _ALONE if alone else {}
-    return FileResponse(path, media_type=_TYPES.get(path.suffix, "application/octet-stream"), filename=download, headers=headers)
+    return FileResponse(
+        path,
+        media_type=_TYPES.get(path.suffix, "application/octet-stream"),
+        filename=download,
+        headers=headers,
+    )

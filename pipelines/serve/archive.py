@@ -12,7 +12,8 @@ PART = 1 << 18
 
 
 class _Pipe(io.RawIOBase):
-    """Holds what was written until it is taken; it cannot be rewound, so `zipfile` puts sizes behind the data."""
+    """Holds what was written until it is taken; it cannot be rewound, so `zipfile` puts sizes
+    behind the data."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -34,12 +35,19 @@ class _Pipe(io.RawIOBase):
 def zipped(folder: Path, names: Mapping[str, int]) -> Iterator[bytes]:
     """The parts of a zip with the files `names` of `folder`; files that are gone are left out."""
     pipe = _Pipe()
-    with zipfile.ZipFile(pipe, "w") as archive:  # films, pictures and characters are compressed already
+    with zipfile.ZipFile(
+        pipe, "w"
+    ) as archive:  # films, pictures and characters are compressed already
         for name in names:
             path = folder / name
             if path.is_symlink() or not path.is_file():
                 continue
-            with path.open("rb") as source, archive.open(zipfile.ZipInfo.from_file(path, name, strict_timestamps=False), "w") as out:
+            with (
+                path.open("rb") as source,
+                archive.open(
+                    zipfile.ZipInfo.from_file(path, name, strict_timestamps=False), "w"
+                ) as out,
+            ):
                 while part := source.read(PART):
                     out.write(part)
                     yield pipe.take()

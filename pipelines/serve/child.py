@@ -22,7 +22,8 @@ Take = Callable[[Mapping[str, Any]], None]
 
 
 class Child:
-    """A child process that is started when it is needed and may be stopped at any moment, also while it starts.
+    """A child process that is started when it is needed and may be stopped at any moment, also
+    while it starts.
 
     Parameters
     ----------
@@ -33,7 +34,9 @@ class Child:
         self._code = code
         self._process: asyncio.subprocess.Process | None = None
         self._used = time.monotonic()
-        self._life = asyncio.Lock()  # of whoever starts or stops the process: what is being started cannot be stopped before it is there
+        # of whoever starts or stops the process: what is being started cannot be stopped before it
+        # is there
+        self._life = asyncio.Lock()
         self._turn = asyncio.Lock()  # of whoever waits for an answer
 
     @property
@@ -61,13 +64,22 @@ class Child:
             process = self._process
         assert process.stdin is not None
         self._used = time.monotonic()
-        with contextlib.suppress(ConnectionError):  # it has just ended; whoever waits for an answer will see
+        with contextlib.suppress(
+            ConnectionError
+        ):  # it has just ended; whoever waits for an answer will see
             process.stdin.write(json.dumps(task).encode() + b"\n")
             await process.stdin.drain()
         return process
 
-    async def do(self, task: Mapping[str, Any], progress: Take = lambda _: None, *, limit: float | None = None) -> dict[str, Any]:
-        """Hand over a task and wait for its end, at most `limit` seconds; "done" or "problem". One task at a time."""
+    async def do(
+        self,
+        task: Mapping[str, Any],
+        progress: Take = lambda _: None,
+        *,
+        limit: float | None = None,
+    ) -> dict[str, Any]:
+        """Hand over a task and wait for its end, at most `limit` seconds; "done" or "problem". One
+        task at a time."""
         async with self._turn:
             try:
                 return await asyncio.wait_for(self._answer(task, progress), limit)
@@ -97,7 +109,8 @@ class Child:
         return self.alive and not self._turn.locked() and time.monotonic() - self._used > seconds
 
     async def stop(self) -> None:
-        """End the process and those that it has started; one that is being started is waited for and ended."""
+        """End the process and those that it has started; one that is being started is waited for
+        and ended."""
         async with self._life:
             process, self._process = self._process, None
             if process is None:

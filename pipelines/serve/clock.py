@@ -1,4 +1,5 @@
-"""How far a job is and how long it will take: from what its nodes tell, and from how long they took here before."""
+"""How far a job is and how long it will take: from what its nodes tell, and from how long they took
+here before."""
 
 from __future__ import annotations
 
@@ -7,14 +8,23 @@ from collections.abc import Mapping
 
 from pipelines.engine.progress import Update
 
-STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "character", "engine_character")
+STILL = (
+    "subject",
+    "photo_body",
+    "surface",
+    "body",
+    "colored_surface",
+    "character",
+    "engine_character",
+)
 """The nodes from a photo to a character, which are remembered for the next video."""
 
 PRIOR: Mapping[str, float] = {
     "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored_surface": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
     "engine_character": 3.0, "glb": 0.5, "bvh": 0.2, "vertices": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
 }  # fmt: skip
-"""Seconds of a node on two cores, as long as none was measured here; of `vertices` a frame, of `frame` a picture of `PIXELS` samples."""
+"""Seconds of a node on two cores, as long as none was measured here; of `vertices` a frame, of
+`frame` a picture of `PIXELS` samples."""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
@@ -33,10 +43,21 @@ class Clock:
     measured : seconds by node, as in `PRIOR`
     """
 
-    def __init__(self, *, frames: int, pictures: int, samples: int, known: bool, measured: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        *,
+        frames: int,
+        pictures: int,
+        samples: int,
+        known: bool,
+        measured: Mapping[str, float],
+    ) -> None:
         self._units = {"vertices": float(frames), "frame": pictures * samples / PIXELS}
         each = {**PRIOR, **{name: seconds for name, seconds in measured.items() if name in PRIOR}}
-        self._whole = {name: seconds * self._units.get(name, 1.0) * (not (known and name in STILL)) for name, seconds in each.items()}
+        self._whole = {
+            name: seconds * self._units.get(name, 1.0) * (not (known and name in STILL))
+            for name, seconds in each.items()
+        }
         self._left = dict(self._whole)
         self._begun: dict[str, tuple[float, int]] = {}
         self._first: dict[str, tuple[float, int]] = {}
@@ -44,15 +65,22 @@ class Clock:
         self.best = 0.0
 
     def take(self, update: Update) -> dict[str, object]:
-        """What to show after an update: the stage in words, the share that is done, seconds left."""
+        """What to show after an update: the stage in words, the share that is done, seconds
+        left."""
         now, name = time.monotonic(), update.node
         begun = self._begun.setdefault(name, (now, update.done))
         whole = self._whole.get(name, 0.0)
         if update.total and update.done >= update.total:
             self._left[name] = 0.0
-        elif update.done > begun[1] + 1:  # the first took what the others need not: loading, setting up
+        elif (
+            update.done > begun[1] + 1
+        ):  # the first took what the others need not: loading, setting up
             first = self._first.setdefault(name, (now, update.done))
-            rate = (now - first[0]) / (update.done - first[1]) if update.done > first[1] else whole / update.total
+            rate = (
+                (now - first[0]) / (update.done - first[1])
+                if update.done > first[1]
+                else whole / update.total
+            )
             self._left[name] = (update.total - update.done) * rate
         elif update.total == 1 and update.part > 0.05:
             self._left[name] = (now - begun[0]) / update.part * (1 - update.part)
@@ -68,4 +96,8 @@ class Clock:
 
     def measured(self, seconds: Mapping[str, float]) -> dict[str, float]:
         """Seconds of whole nodes as seconds a unit."""
-        return {name: value / max(self._units.get(name, 1.0), 1e-6) for name, value in seconds.items() if name in PRIOR}
+        return {
+            name: value / max(self._units.get(name, 1.0), 1e-6)
+            for name, value in seconds.items()
+            if name in PRIOR
+        }

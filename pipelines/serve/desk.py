@@ -1,7 +1,9 @@
-"""The queue: photos are looked at in one child process, videos are made in another, one at a time, in the order in which they came.
+"""The queue: photos are looked at in one child process, videos are made in another, one at a time,
+in the order in which they came.
 
-A third opens the photos that come in, so that no bytes of strangers are decoded where the page is served. What waits is what the records
-say, so a queue that was cut off goes on at the next start; frames that were finished are remembered.
+A third opens the photos that come in, so that no bytes of strangers are decoded where the page is
+served. What waits is what the records say, so a queue that was cut off goes on at the next start;
+frames that were finished are remembered.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ IDLE_SECONDS = 900.0
 OPEN_SECONDS = 60.0
 """Longest that opening a photo may take."""
 SETTLED_SECONDS = 120.0
-"""A value of the store that no call names after this time is nobody's: what a stopped computation has left of a photo goes then."""
+"""A value of the store that no call names after this time is nobody's: what a stopped computation
+has left of a photo goes then."""
 MAX_THREADS = 8
 """Beside the one that answers."""
 _TICK_SECONDS = 5.0
@@ -57,7 +60,9 @@ class Desk:
     workers : processes that compute frames, None for one a core
     """
 
-    def __init__(self, library: Library, code: str, *, cache: str | None = None, workers: int | None = None) -> None:
+    def __init__(
+        self, library: Library, code: str, *, cache: str | None = None, workers: int | None = None
+    ) -> None:
         self.library = library
         self.progress: dict[str, Mapping[str, Any]] = {}
         self.threads = Threads(MAX_THREADS)
@@ -84,7 +89,8 @@ class Desk:
     async def close(self) -> None:
         """Stop at once; what was running goes on at the next start.
 
-        Until Python 3.12 `asyncio.wait_for` loses a cancellation that comes while what it waits for is just done, so it is said again.
+        Until Python 3.12 `asyncio.wait_for` loses a cancellation that comes while what it waits for
+        is just done, so it is said again.
         """
         self._closing = True
         while alive := [task for task in self._tasks if not task.done()]:
@@ -106,7 +112,12 @@ class Desk:
         InputError
             It is no photo, is too large, or there are too many.
         """
-        task = {"task": "open", "folder": str(folder), "file": str(folder / ORIGINAL), "shown": str(folder / SHOWN)}
+        task = {
+            "task": "open",
+            "folder": str(folder),
+            "file": str(folder / ORIGINAL),
+            "shown": str(folder / SHOWN),
+        }
         answer = await self._opener.do(task, limit=OPEN_SECONDS)
         if "problem" in answer:
             raise InputError(answer["problem"])
@@ -123,9 +134,16 @@ class Desk:
             It is no photo, the person has it already, or there are too many.
         """
         if "," in str(self.library.folder):
-            raise InputError("the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder")
+            raise InputError(
+                "the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder"
+            )
         name = f"more-{len(photo.more) + 1}"
-        task = {"task": "open", "folder": str(folder), "file": str(folder / ORIGINAL), "shown": str(folder / SHOWN)}
+        task = {
+            "task": "open",
+            "folder": str(folder),
+            "file": str(folder / ORIGINAL),
+            "shown": str(folder / SHOWN),
+        }
         answer = await self._opener.do(task, limit=OPEN_SECONDS)
         if "problem" in answer:
             raise InputError(answer["problem"])
@@ -164,19 +182,30 @@ class Desk:
                 temporary.write_text(corrections.to_yaml(), encoding="utf-8")
         else:
             path.unlink(missing_ok=True)
-        photo.corrected, photo.known, photo.status, photo.problem = bool(corrections), False, "looking", ""
+        photo.corrected, photo.known, photo.status, photo.problem = (
+            bool(corrections),
+            False,
+            "looking",
+            "",
+        )
         self.library.keep(photo)
         self.wake()
 
     async def outline(self, photo: Photo, corrections: Corrections) -> dict[str, Any]:
-        """The outline of the body that is fitted with these corrections, which are not kept; see `pipelines.serve.fitting.outline`.
+        """The outline of the body that is fitted with these corrections, which are not kept; see
+        `pipelines.serve.fitting.outline`.
 
         Raises
         ------
         InputError
             It cannot be made.
         """
-        task = {"task": "outline", "folder": str(self.library.place(photo)), "cache": self._cache, "corrections": corrections.said()}
+        task = {
+            "task": "outline",
+            "folder": str(self.library.place(photo)),
+            "cache": self._cache,
+            "corrections": corrections.said(),
+        }
         return await self._serve(photo, task)
 
     async def _serve(self, item: Photo | Job, task: Mapping[str, Any]) -> dict[str, Any]:
@@ -247,12 +276,15 @@ class Desk:
         self.wake()
 
     async def remove(self, item: Photo | Job) -> Forgotten:
-        """Remove a photo with its jobs and all that is remembered of it, or a job; what is being computed is stopped."""
+        """Remove a photo with its jobs and all that is remembered of it, or a job; what is being
+        computed is stopped."""
 
         def jobs() -> list[Job]:
             return [item] if isinstance(item, Job) else list(self.library.jobs_of(item))
 
-        while job := next((one for one in jobs() if not one.over), None):  # another may be asked for while one is being stopped
+        while job := next(
+            (one for one in jobs() if not one.over), None
+        ):  # another may be asked for while one is being stopped
             await self.cancel(job)
         if isinstance(item, Photo):
             for digest in (item.digest, *item.more):
@@ -260,24 +292,43 @@ class Desk:
         removed = jobs()
         folders = self.library.remove(item)
         waited = [item, *removed]
-        while self._current in removed or self._looking is item or any(one in waited for one in self._served):
+        while (
+            self._current in removed
+            or self._looking is item
+            or any(one in waited for one in self._served)
+        ):
             await (self._maker if self._current in removed else self._looker).stop()
             await asyncio.sleep(0.01)
         if isinstance(item, Photo) and self._looking is None and not self._served:
             await self._looker.stop()  # it may hold what was seen of the photo
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
-        return await self._forget([item.digest, *item.more]) if isinstance(item, Photo) else Forgotten()
+        return (
+            await self._forget([item.digest, *item.more])
+            if isinstance(item, Photo)
+            else Forgotten()
+        )
 
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
         await self.threads.do(_delete, self.library.remove_damaged())
 
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
-        """Remove what the store remembers of photos, unless they are here a second time, and what belongs to nobody."""
+        """Remove what the store remembers of photos, unless they are here a second time, and what
+        belongs to nobody."""
         async with self._forgetting:
-            stays = {digest for one in self.library.photos.values() for digest in (one.digest, *one.more) if digest}
-            gone, keep = ([Ref[Any](digest) for digest in some if digest] for some in (set(digests) - stays, stays))
-            return await self.threads.do(forget, Store(self._cache), gone, keep=list(keep), idle=SETTLED_SECONDS)
+            stays = {
+                digest
+                for one in self.library.photos.values()
+                for digest in (one.digest, *one.more)
+                if digest
+            }
+            gone, keep = (
+                [Ref[Any](digest) for digest in some if digest]
+                for some in (set(digests) - stays, stays)
+            )
+            return await self.threads.do(
+                forget, Store(self._cache), gone, keep=list(keep), idle=SETTLED_SECONDS
+            )
 
     # --- the rounds
 
@@ -290,11 +341,19 @@ class Desk:
 
     async def _look_at_a_photo(self) -> None:
         photo: Photo = await self._next(
-            self._more[0], lambda: next((one for one in self.library.photos.values() if one.status == "looking"), None)
+            self._more[0],
+            lambda: next(
+                (one for one in self.library.photos.values() if one.status == "looking"), None
+            ),
         )
         self._looking = photo
         size = {"width": photo.width, "height": photo.height}
-        task = {"task": "look", "folder": str(self.library.place(photo)), "cache": self._cache, **size}
+        task = {
+            "task": "look",
+            "folder": str(self.library.place(photo)),
+            "cache": self._cache,
+            **size,
+        }
         try:
             answer = await self._looker.do(task)
         finally:
@@ -326,9 +385,17 @@ class Desk:
         photo, begun = self.library.photos[job.photo], time.monotonic()
         self._current, job.status = job, "running"
         self.library.keep(job)
-        task = {"task": "video", **self._asked(job, photo), "known": photo.known, "times": self._times(), "workers": self._workers}
+        task = {
+            "task": "video",
+            **self._asked(job, photo),
+            "known": photo.known,
+            "times": self._times(),
+            "workers": self._workers,
+        }
         try:
-            answer = await self._maker.do(task, lambda update: self.progress.__setitem__(job.id, update))
+            answer = await self._maker.do(
+                task, lambda update: self.progress.__setitem__(job.id, update)
+            )
             if "problem" in answer:
                 await self._maker.stop()  # its workers may still be at it
         finally:
@@ -360,7 +427,8 @@ class Desk:
             self._owed.paid(owed)
 
     async def _for_ever(self, one: Callable[[], Awaitable[None]]) -> None:
-        """Do one round after another; a round that fails is told on standard error and does not end the others."""
+        """Do one round after another; a round that fails is told on standard error and does not end
+        the others."""
         while not self._closing:
             try:
                 await one()
@@ -378,9 +446,17 @@ class Desk:
 
     def _learn(self, seconds: Mapping[str, float]) -> None:
         known = self._times()
-        mixed = known | {name: (value + known.get(name, value)) / 2 for name, value in seconds.items()}
-        with contextlib.suppress(A2VError), atomic_path(self.library.folder / _TIMES) as temporary:  # a full disk: what is known does
-            temporary.write_text(json.dumps({name: round(value, 4) for name, value in mixed.items()}), encoding="utf-8")
+        mixed = known | {
+            name: (value + known.get(name, value)) / 2 for name, value in seconds.items()
+        }
+        with (
+            contextlib.suppress(A2VError),
+            atomic_path(self.library.folder / _TIMES) as temporary,
+        ):  # a full disk: what is known does
+            temporary.write_text(
+                json.dumps({name: round(value, 4) for name, value in mixed.items()}),
+                encoding="utf-8",
+            )
 
 
 def _delete(folders: Iterable[Path]) -> None:

@@ -1,4 +1,5 @@
-"""What comes in from a browser or from an old record: text is normalised and checked here, once, and bodies are bounded."""
+"""What comes in from a browser or from an old record: text is normalised and checked here, once,
+and bodies are bounded."""
 
 from __future__ import annotations
 
@@ -24,22 +25,27 @@ BODY_SECONDS = 30.0
 """A browser that sends nothing for so long, in the middle of a request, has gone."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-"""Control characters and what changes the writing direction; white space as a browser may send it among them."""
+"""Control characters and what changes the writing direction; white space as a browser may send it
+among them."""
 
 
 def clean(value: Any, level: int = 0) -> Any:
-    """A value out of JSON whose texts can be stored, encoded and shown: composed (NFC), control characters as spaces.
+    """A value out of JSON whose texts can be stored, encoded and shown: composed (NFC), control
+    characters as spaces.
 
     Raises
     ------
     InputError
-        A text has half a surrogate pair: no character, and nothing that UTF-8 can write; or lists are nested deeper than `MAX_LEVELS`.
+        A text has half a surrogate pair: no character, and nothing that UTF-8 can write; or lists
+        are nested deeper than `MAX_LEVELS`.
     """
     if level > MAX_LEVELS:
         raise InputError(f"the request is nested deeper than {MAX_LEVELS} levels")
     if isinstance(value, str):
         if _SURROGATE.search(value):
-            raise InputError("a text of the request has half a character (a lone surrogate); send it again in UTF-8")
+            raise InputError(
+                "a text of the request has half a character (a lone surrogate); send it again in UTF-8"
+            )
         return _UNSEEN.sub(" ", unicodedata.normalize("NFC", value))
     if isinstance(value, dict):
         return {clean(name, level + 1): clean(item, level + 1) for name, item in value.items()}
@@ -77,7 +83,8 @@ async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, An
 
 
 async def save_photo(request: Request, path: Path) -> None:
-    """Write the photo that a request holds to `path`, a part at a time; nothing is left where it fails.
+    """Write the photo that a request holds to `path`, a part at a time; nothing is left where it
+    fails.
 
     Raises
     ------
@@ -88,20 +95,27 @@ async def save_photo(request: Request, path: Path) -> None:
     """
     try:
         with path.open("xb") as stream:
-            async for part in _parts(request, MAX_UPLOAD, f"this is larger than {MAX_UPLOAD >> 20} MB; send a smaller photo"):
+            async for part in _parts(
+                request,
+                MAX_UPLOAD,
+                f"this is larger than {MAX_UPLOAD >> 20} MB; send a smaller photo",
+            ):
                 stream.write(part)
         if not path.stat().st_size:
             raise InputError("this file is empty; choose a JPEG, PNG or WebP photo")
     except OSError as error:
         path.unlink(missing_ok=True)
-        raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
+        raise InputError(
+            f"the photo cannot be kept: {error.strerror}; free some space and send it again"
+        ) from error
     except BaseException:
         path.unlink(missing_ok=True)
         raise
 
 
 async def _parts(request: Request, limit: int, too_large: str) -> AsyncIterator[bytes]:
-    """The body in parts, refused by what it says of its size, and cut off where it said something else or stops coming."""
+    """The body in parts, refused by what it says of its size, and cut off where it said something
+    else or stops coming."""
     length = request.headers.get("content-length", "0")
     if not (length.isascii() and length.isdigit()) or int(length[:20]) > limit:
         raise HTTPException(413, too_large)

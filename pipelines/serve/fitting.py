@@ -1,4 +1,5 @@
-"""What the page shows while somebody corrects a photo: the outline of the fitted body, made anew about a second after each change."""
+"""What the page shows while somebody corrects a photo: the outline of the fitted body, made anew
+about a second after each change."""
 
 from __future__ import annotations
 
@@ -55,13 +56,15 @@ def saved(folder: Path) -> str | None:
 
 
 def outline(task: Mapping[str, Any]) -> dict[str, object]:
-    """The outline of the body by a task's "corrections"; the first one of a photo is its whole fit, which a video then finds remembered.
+    """The outline of the body by a task's "corrections"; the first one of a photo is its whole fit,
+    which a video then finds remembered.
 
     Returns
     -------
     dict
-        "outline": polygons, "landmarks": what is seen without the task's corrections, (u, v, confidence), all in fractions of the photo;
-        "sides" of the limbs in the fit, "camera" and "limb_errors" of the residuals, "seconds".
+        "outline": polygons, "landmarks": what is seen without the task's corrections, (u, v,
+        confidence), all in fractions of the photo; "sides" of the limbs in the fit, "camera" and
+        "limb_errors" of the residuals, "seconds".
     """
     from a2v.body import FitSettings, fit_body
     from a2v.perception import corrected
@@ -77,16 +80,30 @@ def outline(task: Mapping[str, Any]) -> dict[str, object]:
     else:
         subject = corrected(bench.base, wanted)
         quick = fit_body(subject, settings=FitSettings(rounds=ROUNDS), initial=bench.fit)
-        kept = {name: bench.fit.residuals[name] for name in ("limb_errors",) if name in bench.fit.residuals}
+        kept = {
+            name: bench.fit.residuals[name]
+            for name in ("limb_errors",)
+            if name in bench.fit.residuals
+        }
         bench.fit = dataclasses.replace(quick, residuals={**quick.residuals, **kept})
     told = {name: bench.fit.residuals.get(name) for name in ("camera", "limb_errors")}
     landmarks = _in_photo(bench.base, bench.base.keypoints[:, :2])
-    points = [[*place, round(float(sure), 3)] for place, sure in zip(landmarks, bench.base.keypoints[:, 2], strict=True)]
-    return {"outline": polygons(bench.base, bench.fit), "landmarks": points, "sides": _sides(bench.fit), **told, "seconds": round(time.monotonic() - begun, 2)}
+    points = [
+        [*place, round(float(sure), 3)]
+        for place, sure in zip(landmarks, bench.base.keypoints[:, 2], strict=True)
+    ]
+    return {
+        "outline": polygons(bench.base, bench.fit),
+        "landmarks": points,
+        "sides": _sides(bench.fit),
+        **told,
+        "seconds": round(time.monotonic() - begun, 2),
+    }
 
 
 def _begin(folder: Path, path: str | None, cache: str | None) -> Bench:
-    """The whole fit with the saved corrections, and the subject without those that `outline` applies itself."""
+    """The whole fit with the saved corrections, and the subject without those that `outline`
+    applies itself."""
     from a2v.body import FitResult
     from a2v.types import Body, PhotoCamera, Subject
     from pipelines.engine.store import Store
@@ -99,7 +116,9 @@ def _begin(folder: Path, path: str | None, cache: str | None) -> Bench:
     plain = parameters | {"corrections": dataclasses.replace(own, landmarks=(), limbs=())}
     base = run("subject", executor="serial", store=store, **plain).get("subject", Subject)
     residuals = fitted.nodes["photo_body"].measures
-    fit = FitResult(fitted.get("photo_body", Body), fitted.get("photo_camera", PhotoCamera), residuals)
+    fit = FitResult(
+        fitted.get("photo_body", Body), fitted.get("photo_camera", PhotoCamera), residuals
+    )
     return Bench(base, fit)
 
 
@@ -112,7 +131,9 @@ def polygons(subject: Subject, fit: FitResult) -> list[list[list[float]]]:
     height, width = subject.mask.shape
     step = max(height, width) / SIDE
     shape = (round(height / step), round(width / step))
-    inside = rasterize(fit.camera.flatten(fit.body.vertices), fit.body.faces, fit.camera.flat, shape, step=step)["mask"]
+    inside = rasterize(
+        fit.camera.flatten(fit.body.vertices), fit.body.faces, fit.camera.flat, shape, step=step
+    )["mask"]
     found, _ = cv2.findContours(inside.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     lines = [cv2.approxPolyDP(one, _FINE, True)[:, 0] for one in found if len(one) > 8]
     return [_in_photo(subject, (line + 0.5) * step) for line in lines]
@@ -135,7 +156,15 @@ def _sides(fit: FitResult) -> dict[str, str]:
 
     model = load_body_model()
     with torch.no_grad():
-        state = model.forward(*(torch.from_numpy(fit.body.parameters[name]) for name in ("rotations", "shape", "translation")))
+        state = model.forward(
+            *(
+                torch.from_numpy(fit.body.parameters[name])
+                for name in ("rotations", "shape", "translation")
+            )
+        )
         depth = model.landmarks(state)[:, 2].numpy()
-    ends = {name: [depth[LANDMARK_INDEX[joint]] for joint in joints[:2]] for name, joints in LIMB_BONES.items()}
+    ends = {
+        name: [depth[LANDMARK_INDEX[joint]] for joint in joints[:2]]
+        for name, joints in LIMB_BONES.items()
+    }
     return {name: "front" if far > near else "back" for name, (near, far) in ends.items()}

@@ -1,4 +1,5 @@
-"""Who may ask: this machine, with the token in the address, from the page itself; anybody else learns nothing."""
+"""Who may ask: this machine, with the token in the address, from the page itself; anybody else
+learns nothing."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 HOSTS = ("127.0.0.1", "localhost", "[::1]")
-"""Names of this machine: a page elsewhere whose own name leads here (DNS rebinding) has another one."""
+"""Names of this machine: a page elsewhere whose own name leads here (DNS rebinding) has another
+one."""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -34,7 +36,8 @@ HEADERS = {
 
 
 class Guard:
-    """Lets requests through to `inner` whose path begins with the token, whose host is this machine and whose origin is the page.
+    """Lets requests through to `inner` whose path begins with the token, whose host is this machine
+    and whose origin is the page.
 
     The token's part of the path is taken off before `inner` sees it.
     """
@@ -50,13 +53,20 @@ class Guard:
         if scope["type"] != "http":
             return
         send = _with_headers(send)
-        given = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        given = {
+            name.decode("latin-1").lower(): value.decode("latin-1")
+            for name, value in scope["headers"]
+        }
         _, _, rest = scope["path"].partition("/")
         token, slash, path = rest.partition("/")
         if problem := _foreign(given):
             await _refuse(send, 403, problem)
         elif not secrets.compare_digest(token.encode(), self._token.encode()):
-            await _refuse(send, 403, "this address lacks its token; use the whole address that a2v serve has printed")
+            await _refuse(
+                send,
+                403,
+                "this address lacks its token; use the whole address that a2v serve has printed",
+            )
         elif not slash:
             await _refuse(send, 404, "the address ends in a slash")
         else:
@@ -68,7 +78,11 @@ class Guard:
                 await send(message)
 
             try:
-                await self._inner({**scope, "path": raw, "raw_path": raw.encode(), "root_path": ""}, receive, answer)
+                await self._inner(
+                    {**scope, "path": raw, "raw_path": raw.encode(), "root_path": ""},
+                    receive,
+                    answer,
+                )
             except asyncio.CancelledError:  # the server ends, and what was asked for takes longer
                 if not begun:
                     await _refuse(send, 503, "the page ends; start it again")
@@ -95,7 +109,11 @@ def _with_headers(send: Send) -> Send:
     async def answer(message: Message) -> None:
         if message["type"] == "http.response.start":
             own = {name.lower() for name, _ in message.get("headers", [])}
-            more = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items() if name.lower().encode() not in own]
+            more = [
+                (name.lower().encode(), value.encode())
+                for name, value in HEADERS.items()
+                if name.lower().encode() not in own
+            ]
             message = {**message, "headers": [*message.get("headers", []), *more]}
         await send(message)
 

@@ -1,4 +1,5 @@
-"""The child process that opens the photos of strangers: it loads little, and has no more memory than it needs."""
+"""The child process that opens the photos of strangers: it loads little, and has no more memory
+than it needs."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from pipelines.serve.talk import Tell, answer
 SHOWN_SIDE = 1280
 """Longest side of the photo that the page shows, pixels."""
 OPENER_BYTES = 3 << 30
-"""Address space of the process that opens photos: one of 60 megapixels takes 1.4 GB, and libraries reserve more than they use."""
+"""Address space of the process that opens photos: one of 60 megapixels takes 1.4 GB, and libraries
+reserve more than they use."""
 
 
 def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
@@ -22,7 +24,8 @@ def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     Returns
     -------
     dict
-        "width" and "height" of the shown photo, "digest" of the value that the store will have of the photo.
+        "width" and "height" of the shown photo, "digest" of the value that the store will have of
+        the photo.
     """
     from PIL import Image
 
@@ -36,11 +39,16 @@ def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     picture.thumbnail((SHOWN_SIDE, SHOWN_SIDE))
     with atomic_path(task["shown"]) as temporary:
         picture.save(temporary, "jpeg", quality=85)
-    return {"width": picture.width, "height": picture.height, "digest": ref_of(Blob.of(data)).digest}
+    return {
+        "width": picture.width,
+        "height": picture.height,
+        "digest": ref_of(Blob.of(data)).digest,
+    }
 
 
 def _bound_memory() -> None:
-    """Let this process have so much and no more: what a photo of strangers may need to be decoded."""
+    """Let this process have so much and no more: what a photo of strangers may need to be
+    decoded."""
     bound_memory(OPENER_BYTES)
 
 

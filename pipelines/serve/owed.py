@@ -1,4 +1,5 @@
-"""What is still to be forgotten: kept in a file, so that a server that ends in between forgets it after its next start."""
+"""What is still to be forgotten: kept in a file, so that a server that ends in between forgets it
+after its next start."""
 
 from __future__ import annotations
 
@@ -26,19 +27,36 @@ class Owed:
         self._path = path
 
     def add(self, digest: str) -> None:
-        """Note a photo before anything of it goes. On a full disk nothing is noted: what is forgotten at once is forgotten all the same."""
+        """Note a photo before anything of it goes. On a full disk nothing is noted: what is
+        forgotten at once is forgotten all the same."""
         with contextlib.suppress(OSError), self._path.open("a", encoding="ascii") as stream:
             stream.write(f"{digest}\n")
 
     def due(self, seconds: float) -> set[str] | None:
-        """The digests, if none was added for so long (or the clock was set back); None if nothing is due."""
+        """The digests, if none was added for so long (or the clock was set back); None if nothing
+        is due."""
         with contextlib.suppress(OSError, A2VError):
             if not 0 <= time.time() - self._path.stat().st_mtime <= seconds:
-                return set(_DIGEST.findall(read_bytes(self._path, limit=MAX_BYTES, empty=True).decode("ascii", "replace")))
+                return set(
+                    _DIGEST.findall(
+                        read_bytes(self._path, limit=MAX_BYTES, empty=True).decode(
+                            "ascii", "replace"
+                        )
+                    )
+                )
         return None
 
     def paid(self, digests: set[str]) -> None:
         """These are forgotten; what was added meanwhile stays."""
         with contextlib.suppress(OSError, A2VError):
-            if set(_DIGEST.findall(read_bytes(self._path, limit=MAX_BYTES, empty=True).decode("ascii", "replace"))) <= digests:
+            if (
+                set(
+                    _DIGEST.findall(
+                        read_bytes(self._path, limit=MAX_BYTES, empty=True).decode(
+                            "ascii", "replace"
+                        )
+                    )
+                )
+                <= digests
+            ):
                 self._path.unlink()

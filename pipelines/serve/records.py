@@ -1,8 +1,10 @@
-"""What the page remembers: a folder a photo and a folder a job, each with its record as JSON, written when something has changed.
+"""What the page remembers: a folder a photo and a folder a job, each with its record as JSON,
+written when something has changed.
 
-All names in the folder are ours: identities are 16 hex digits, and what a browser says is only ever looked up, never joined to a path.
-A photo arrives in ``incoming/`` and is moved to its place whole; what is removed is moved to ``removed/`` first, so that nothing of it
-is listed from then on; both are emptied at the next start. What cannot be read is counted, and stays until somebody removes it.
+All names in the folder are ours: identities are 16 hex digits, and what a browser says is only ever
+looked up, never joined to a path. A photo arrives in ``incoming/`` and is moved to its place whole;
+what is removed is moved to ``removed/`` first, so that nothing of it is listed from then on; both
+are emptied at the next start. What cannot be read is counted, and stays until somebody removes it.
 """
 
 from __future__ import annotations
@@ -54,7 +56,8 @@ class Photo:
     width, height : of ``photo.jpg``, pixels
     landmarks : u, v in pixels of ``photo.jpg`` and confidence, in BlazePose order
     digest : of the value that the store has of it
-    people : left, top, right, bottom of all who were found, the largest first, fractions of the photo; empty where it is one
+    people : left, top, right, bottom of all who were found, the largest first, fractions of the
+    photo; empty where it is one
     corrected : whether the user has corrected what was seen
     looks : how often it was looked at, so that a browser knows an old outline
     more : digests of further photos of the same person, ``more-1`` and so on in its folder
@@ -119,7 +122,9 @@ def _texts(value: object) -> bool:
 
 
 def _rows(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(row, list) and len(row) <= MAX_ROW and all(map(_number, row)) for row in value)
+    return isinstance(value, list) and all(
+        isinstance(row, list) and len(row) <= MAX_ROW and all(map(_number, row)) for row in value
+    )
 
 
 def _sizes(value: object) -> bool:
@@ -135,14 +140,19 @@ _CHECKS: Mapping[str, Any] = {
 
 
 def read_record(kind: type[Kept], folder: Path) -> Kept:
-    """The record in a folder, every field checked, so that one that is in memory can always be told.
+    """The record in a folder, every field checked, so that one that is in memory can always be
+    told.
 
     Raises
     ------
     InputError
         It is no record of this kind.
     """
-    facts = clean(parse_json(read_bytes(folder / kind.FILE, limit=_MAX_RECORD_BYTES), "the record", "an object"))
+    facts = clean(
+        parse_json(
+            read_bytes(folder / kind.FILE, limit=_MAX_RECORD_BYTES), "the record", "an object"
+        )
+    )
     try:
         if kind is Job:
             facts["wish"] = Wish.of(facts["wish"])
@@ -205,10 +215,13 @@ class Library:
             The disk is full, or the folder cannot be written.
         """
         with atomic_path((folder or self.place(item)) / item.FILE) as temporary:
-            temporary.write_text(json.dumps(dataclasses.asdict(item), indent=1) + "\n", encoding="utf-8")
+            temporary.write_text(
+                json.dumps(dataclasses.asdict(item), indent=1) + "\n", encoding="utf-8"
+            )
 
     def keep(self, item: Photo | Job) -> None:
-        """Write the record, now or, where the disk is full, when `settle` is called and there is space again."""
+        """Write the record, now or, where the disk is full, when `settle` is called and there is
+        space again."""
         if item.id in (self.photos if isinstance(item, Photo) else self.jobs):
             self._unwritten[item.id] = item
             self.settle()
@@ -238,7 +251,9 @@ class Library:
         try:
             folder.mkdir(parents=True)
         except OSError as error:
-            raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
+            raise InputError(
+                f"the photo cannot be kept: {error.strerror}; free some space and send it again"
+            ) from error
         return folder
 
     def add_photo(self, folder: Path, title: str, facts: Mapping[str, Any]) -> Photo:
@@ -255,13 +270,17 @@ class Library:
         """
         if len(self.photos) >= MAX_PHOTOS:
             raise InputError(f"{MAX_PHOTOS} photos are kept here already; remove some first")
-        photo = Photo(id=folder.name, title=title[:MAX_TITLE] or "photo", created=time.time(), **facts)
+        photo = Photo(
+            id=folder.name, title=title[:MAX_TITLE] or "photo", created=time.time(), **facts
+        )
         self.write(photo, folder)
         try:
             (self.folder / photo.FOLDER).mkdir(parents=True, exist_ok=True)
             folder.rename(self.place(photo))
         except OSError as error:
-            raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
+            raise InputError(
+                f"the photo cannot be kept: {error.strerror}; free some space and send it again"
+            ) from error
         self.photos[photo.id] = photo
         return photo
 
@@ -278,7 +297,9 @@ class Library:
         if photo.status == "unusable":
             raise InputError(f"this photo cannot be used: {photo.problem}")
         if sum(not job.over for job in self.jobs.values()) >= MAX_WAITING:
-            raise InputError(f"{MAX_WAITING} videos are waiting already; try again when some are done")
+            raise InputError(
+                f"{MAX_WAITING} videos are waiting already; try again when some are done"
+            )
         if len(self.jobs) >= MAX_JOBS:
             raise InputError(f"{MAX_JOBS} videos are kept here already; remove some first")
         job = Job(id=secrets.token_hex(8), photo=photo.id, wish=wish, created=time.time())
@@ -295,8 +316,13 @@ class Library:
         return (job for job in list(self.jobs.values()) if job.photo == photo.id)
 
     def remove(self, item: Photo | Job) -> list[Path]:
-        """Take it, and a photo's jobs with it, from what is listed; the folders that are left to be deleted."""
-        left = [path for job in self.jobs_of(item) for path in self.remove(job)] if isinstance(item, Photo) else []
+        """Take it, and a photo's jobs with it, from what is listed; the folders that are left to be
+        deleted."""
+        left = (
+            [path for job in self.jobs_of(item) for path in self.remove(job)]
+            if isinstance(item, Photo)
+            else []
+        )
         self._unwritten.pop(item.id, None)
         (self.photos if isinstance(item, Photo) else self.jobs).pop(item.id, None)
         return [*left, self._aside(self.place(item))]

@@ -1,4 +1,5 @@
-"""Pictures of a person who is being made, one a stage, for the page to show while the next stage runs."""
+"""Pictures of a person who is being made, one a stage, for the page to show while the next stage
+runs."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _CLAY = 0.8
 
 
 def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
-    """What writes a stage's picture into `folder` as soon as there is something to see; `tell` hears the stage's name.
+    """What writes a stage's picture into `folder` as soon as there is something to see; `tell`
+    hears the stage's name.
 
     A stage that is remembered is drawn neither: it is over before anybody could look.
     """
@@ -37,7 +39,11 @@ def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
 
         return draw
 
-    return {"photo_body": stage("body", "photo_body"), "surface": stage("surface", "surface"), "colored_surface": stage("textured", "colored_surface")}
+    return {
+        "photo_body": stage("body", "photo_body"),
+        "surface": stage("surface", "surface"),
+        "colored_surface": stage("textured", "colored_surface"),
+    }
 
 
 def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteArray:
@@ -51,7 +57,13 @@ def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteAr
     middle = camera.flat.unproject(np.array([width / 2, height / 2]), 0.0)
     grey = np.full((len(body.vertices), 3), _CLAY, np.float32)
     mesh = Surface(vertices=camera.flatten(body.vertices), faces=body.faces, colors=grey)
-    clay = preview_surface(mesh, size=SIDE, center=middle, extent=side / camera.scale, style=PreviewStyle(plain=True, background=_GROUND))
+    clay = preview_surface(
+        mesh,
+        size=SIDE,
+        center=middle,
+        extent=side / camera.scale,
+        style=PreviewStyle(plain=True, background=_GROUND),
+    )
     photo = np.full((side, side, 3), 235, np.uint8)
     top, left = (side - height) // 2, (side - width) // 2
     photo[top : top + height, left : left + width] = subject.image
@@ -67,16 +79,25 @@ def turned(surface: Surface, *, plain: bool) -> ByteArray:
     """A surface from before and from behind, side by side, (H, W, 3)."""
     from a2v.rendering.preview import PreviewStyle, preview_surface
 
-    views = [preview_surface(surface, azimuth=angle, size=SIDE, style=PreviewStyle(plain=plain)) for angle in ANGLES]
+    views = [
+        preview_surface(surface, azimuth=angle, size=SIDE, style=PreviewStyle(plain=plain))
+        for angle in ANGLES
+    ]
     edge = SIDE // 5
     return np.concatenate([view[:, edge : SIDE - edge] for view in views], axis=1)
 
 
-STAGES: Mapping[str, str] = {"body": "stage_body.jpg", "surface": "stage_surface.jpg", "textured": "stage_textured.jpg"}
+STAGES: Mapping[str, str] = {
+    "body": "stage_body.jpg",
+    "surface": "stage_surface.jpg",
+    "textured": "stage_textured.jpg",
+}
 """Stages by the names of their pictures."""
 _DRAWN: Mapping[str, Callable[[Outcome], ByteArray]] = {
     "body": lambda seen: body_over_photo(
-        seen.get("subject", Subject), seen.get("photo_body", Body), seen.get("photo_camera", PhotoCamera)
+        seen.get("subject", Subject),
+        seen.get("photo_body", Body),
+        seen.get("photo_camera", PhotoCamera),
     ),
     "surface": lambda seen: turned(seen.get("surface", Reconstruction).surface, plain=True),
     "textured": lambda seen: turned(seen.get("colored_surface", Surface), plain=False),

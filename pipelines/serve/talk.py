@@ -1,4 +1,5 @@
-"""How the page and its child processes talk: a task a line in, as JSON; lines out are ``{"progress": ...}`` and, last, ``{"done": ...}`` or ``{"problem": ...}``."""
+"""How the page and its child processes talk: a task a line in, as JSON; lines out are
+``{"progress": ...}`` and, last, ``{"done": ...}`` or ``{"problem": ...}``."""
 
 from __future__ import annotations
 
@@ -40,7 +41,11 @@ def answer(work: Work) -> None:
 
     for line in _lines(sys.stdin):
         task = json.loads(line)
-        own = (str(task.get("photo", "")), str(Path(task.get("folder", "")) / ORIGINAL), str(task.get("folder", "")))
+        own = (
+            str(task.get("photo", "")),
+            str(Path(task.get("folder", "")) / ORIGINAL),
+            str(task.get("folder", "")),
+        )
         try:
             if (done := work(task, tell)) is not None:
                 tell({"done": done})
@@ -50,7 +55,13 @@ def answer(work: Work) -> None:
             tell({"problem": "the memory was used up; take a smaller picture"})
         except Exception as error:
             traceback.print_exc()
-            tell({"problem": _without(f"a defect of a2v: {type(error).__name__}: {error}"[:500], own)})
+            tell(
+                {
+                    "problem": _without(
+                        f"a defect of a2v: {type(error).__name__}: {error}"[:500], own
+                    )
+                }
+            )
 
 
 def _without(text: str, paths: tuple[str, ...]) -> str:
@@ -62,7 +73,8 @@ def _without(text: str, paths: tuple[str, ...]) -> str:
 
 
 def _lines(stream: IO[str]) -> Iterator[str]:
-    """The lines of standard input, read by a thread that ends the process where the parent is gone, in the middle of a task too."""
+    """The lines of standard input, read by a thread that ends the process where the parent is gone,
+    in the middle of a task too."""
     waiting: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def read() -> None:

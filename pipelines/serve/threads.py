@@ -1,6 +1,8 @@
-"""Threads for what would keep the page from answering; the end of the server does not wait for them.
+"""Threads for what would keep the page from answering; the end of the server does not wait for
+them.
 
-`asyncio.to_thread` would: a thread that loads a model on a busy machine keeps the process for as long as that takes.
+`asyncio.to_thread` would: a thread that loads a model on a busy machine keeps the process for as
+long as that takes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Connections: whoever does not say what they want is hung up on, and whoever has no token cannot crowd out those who have.
+"""Connections: whoever does not say what they want is hung up on, and whoever has no token cannot
+crowd out those who have.
 
-All browsers of this machine have one address, so connections are told apart by the token in what they ask for: until a connection has
-shown it, it is a stranger's.
+All browsers of this machine have one address, so connections are told apart by the token in what
+they ask for: until a connection has shown it, it is a stranger's.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 HEADER_SECONDS = 10.0
 """From the connection, or the end of the last answer, to the end of a request's headers."""
 MAX_STRANGERS = 64
-"""Connections without a token; one more, and the one that is silent the longest is closed. Browsers open a few ahead of need."""
+"""Connections without a token; one more, and the one that is silent the longest is closed. Browsers
+open a few ahead of need."""
 MAX_CONNECTIONS = 400
-"""Of all together: fifty browsers with six each, and strangers; the usual limit of open files is 1,024."""
+"""Of all together: fifty browsers with six each, and strangers; the usual limit of open files is
+1,024."""
 
 
 def protocol(token: str) -> type[H11Protocol]:

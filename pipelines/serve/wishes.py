@@ -30,7 +30,10 @@ RATES = (5.0, 60.0)
 MAX_ACTION = 300
 MAX_PATH = 40
 """Points of a path."""
-_PATH = re.compile(r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( -?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}", re.ASCII)
+_PATH = re.compile(
+    r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( -?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
+    re.ASCII,
+)
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Shapes of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
@@ -79,10 +82,18 @@ class Wish:
     path: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.action, str) or not self.action.strip() or len(self.action) > MAX_ACTION:
-            raise InputError(f"no action is given that can be read; expected names or words, at most {MAX_ACTION} letters")
+        if (
+            not isinstance(self.action, str)
+            or not self.action.strip()
+            or len(self.action) > MAX_ACTION
+        ):
+            raise InputError(
+                f"no action is given that can be read; expected names or words, at most {MAX_ACTION} letters"
+            )
         if self.model not in MODELS:
-            raise InputError(f"unknown motion model {brief(self.model)}; choose from {', '.join(MODELS)}")
+            raise InputError(
+                f"unknown motion model {brief(self.model)}; choose from {', '.join(MODELS)}"
+            )
         _check("seconds", self.seconds, SECONDS, float)
         _check("fps", self.fps, RATES, float)
         _check("seed", self.seed, (0, 2**32 - 1), int)
@@ -90,15 +101,29 @@ class Wish:
         _check("spp", self.spp, SAMPLES, int)
         if self.size % 2:
             raise InputError(f"size is {self.size}; expected an even number of pixels")
-        if not self.views or len(set(self.views)) != len(self.views) or not set(self.views) <= set(ALL_VIEWS):
-            raise InputError(f"views are {brief(self.views)}; choose some of {', '.join(ALL_VIEWS)}, each once")
-        if not isinstance(self.background, str) or not re.fullmatch(r"stage|transparent|photo|#[0-9a-f]{6}", self.background):
-            raise InputError(f"background is {brief(self.background)}; expected stage, transparent, photo or a colour such as #30506f")
+        if (
+            not self.views
+            or len(set(self.views)) != len(self.views)
+            or not set(self.views) <= set(ALL_VIEWS)
+        ):
+            raise InputError(
+                f"views are {brief(self.views)}; choose some of {', '.join(ALL_VIEWS)}, each once"
+            )
+        if not isinstance(self.background, str) or not re.fullmatch(
+            r"stage|transparent|photo|#[0-9a-f]{6}", self.background
+        ):
+            raise InputError(
+                f"background is {brief(self.background)}; expected stage, transparent, photo or a colour such as #30506f"
+            )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
-            raise InputError(f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in metres, each at most 99.99")
+            raise InputError(
+                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in metres, each at most 99.99"
+            )
         for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
             if getattr(self, name) not in known:
-                raise InputError(f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}")
+                raise InputError(
+                    f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}"
+                )
 
     @classmethod
     def of(cls, said: object) -> Wish:
@@ -113,13 +138,17 @@ class Wish:
             raise InputError(f"the request is {brief(said)}; expected an object of settings")
         known = {item.name for item in dataclasses.fields(cls)}
         if unknown := [name for name in said if name not in known]:
-            raise InputError(f"unknown setting {brief(unknown[0])}; expected {', '.join(sorted(known))}")
+            raise InputError(
+                f"unknown setting {brief(unknown[0])}; expected {', '.join(sorted(known))}"
+            )
         if "action" not in said:
             raise InputError("no action is given; pick one or write what to do")
         values = dict(said)
         if "views" in values:
             views = values["views"]
-            if not isinstance(views, list | tuple) or not all(isinstance(view, str) for view in views):
+            if not isinstance(views, list | tuple) or not all(
+                isinstance(view, str) for view in views
+            ):
                 raise InputError(f"views are {brief(views)}; expected a list of names")
             values["views"] = tuple(views)
         return cls(**values)
@@ -133,10 +162,15 @@ class Wish:
         """Frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
 
-    def request(self, photo: str, corrections: str | None = None, more: Sequence[str] = ()) -> VideoRequest:
-        """The video that it stands for, of a photo's file, those of its corrections and of further photos of the person."""
+    def request(
+        self, photo: str, corrections: str | None = None, more: Sequence[str] = ()
+    ) -> VideoRequest:
+        """The video that it stands for, of a photo's file, those of its corrections and of further
+        photos of the person."""
         said = self.said() | {"path": self.path or None}
-        return VideoRequest.of(photo=photo, corrections=corrections, more=",".join(more) or None, **said)
+        return VideoRequest.of(
+            photo=photo, corrections=corrections, more=",".join(more) or None, **said
+        )
 
     def check_path(self) -> None:
         """Refuse a path where the action cannot be directed, before it waits in the queue.
@@ -153,7 +187,9 @@ class Wish:
 def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:
     good = isinstance(value, (int, float) if kind is float else int) and not isinstance(value, bool)
     if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # a number, as was just found
-        raise InputError(f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from {limits[0]} to {limits[1]}")
+        raise InputError(
+            f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from {limits[0]} to {limits[1]}"
+        )
 
 
 @functools.cache

@@ -1,4 +1,5 @@
-"""The child processes that find people and make videos, by the commands' own functions; what is loaded for one task serves the next."""
+"""The child processes that find people and make videos, by the commands' own functions; what is
+loaded for one task serves the next."""
 
 from __future__ import annotations
 
@@ -37,11 +38,13 @@ Make = Callable[[VideoRequest, str, RunOptions], object]
 
 
 Write = Callable[[VideoRequest, str, Path, str, RunOptions], Sequence[Path]]
-"""``a2v character``: what is asked for, the clip's name, the file, the rig, and how to run; the files that it has written."""
+"""``a2v character``: what is asked for, the clip's name, the file, the rig, and how to run; the
+files that it has written."""
 
 
 class WarmPool(Executor):
-    """Local workers that stay for the next video; one that died takes its pool along, and the next call starts another."""
+    """Local workers that stay for the next video; one that died takes its pool along, and the next
+    call starts another."""
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
@@ -71,7 +74,8 @@ def load_renderer() -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Watched(RunOptions):
-    """How the page runs a graph: with its own workers, its progress told; the outcome is kept for a last look."""
+    """How the page runs a graph: with its own workers, its progress told; the outcome is kept for a
+    last look."""
 
     pool: Executor | None = None
     listener: Listener | None = None
@@ -124,7 +128,8 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     Returns
     -------
     dict
-        "landmarks" in pixels of the shown photo, "warnings", "digest" of the photo in the store, "people" in fractions of it.
+        "landmarks" in pixels of the shown photo, "warnings", "digest" of the photo in the store,
+        "people" in fractions of it.
     """
     import numpy as np
     from PIL import Image
@@ -133,7 +138,11 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     from pipelines.engine.store import Store
     from pipelines.run import run
 
-    folder, store, size = Path(task["folder"]), Store(task["cache"]), (task["width"], task["height"])
+    folder, store, size = (
+        Path(task["folder"]),
+        Store(task["cache"]),
+        (task["width"], task["height"]),
+    )
     parameters = photo_parameters(store, folder / ORIGINAL, corrections=saved(folder))
     outcome = run("subject", executor="serial", store=store, **parameters)
     subject = outcome.get("subject", Subject)
@@ -142,8 +151,17 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     with atomic_path(folder / MASK) as temporary:
         Image.fromarray(_shade(subject, size)).save(temporary, "png")
     warnings = [printable(text) for text in subject.warnings]
-    people = [] if subject.people is None else (subject.people / np.tile(subject.photo_size, 2)).round(4).tolist()
-    return {"landmarks": _landmarks(subject, size), "warnings": warnings, "digest": parameters["photo"].digest, "people": people}
+    people = (
+        []
+        if subject.people is None
+        else (subject.people / np.tile(subject.photo_size, 2)).round(4).tolist()
+    )
+    return {
+        "landmarks": _landmarks(subject, size),
+        "warnings": warnings,
+        "digest": parameters["photo"].digest,
+        "people": people,
+    }
 
 
 def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
@@ -208,9 +226,15 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     make(wish.request(task["photo"], task["corrections"], task["more"]), str(folder), running)
     outcome = running.outcomes[-1]
     spent = {
-        name: stats.span[1] - stats.span[0] for name, stats in outcome.nodes.items() if not stats.cached and stats.span[1] > stats.span[0]
+        name: stats.span[1] - stats.span[0]
+        for name, stats in outcome.nodes.items()
+        if not stats.cached and stats.span[1] > stats.span[0]
     }
-    files = {str(path.relative_to(folder)): path.stat().st_size for path in sorted(folder.rglob("*")) if path.is_file()}
+    files = {
+        str(path.relative_to(folder)): path.stat().st_size
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
     hidden = ("job.json", TURN, *STAGES.values())
     return {
         "files": {name: size for name, size in files.items() if name not in hidden and not Path(name).name.startswith(".")},
@@ -240,12 +264,15 @@ def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
 
 
 def main(make: Make, write: Write) -> None:
-    """Serve tasks from standard input until it ends; videos are made by `make`, files for other tools by `write`."""
+    """Serve tasks from standard input until it ends; videos are made by `make`, files for other
+    tools by `write`."""
     pools: list[WarmPool] = []
     answer(lambda task, tell: serve(task, tell, pools, make, write))
 
 
-def serve(task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make, write: Write) -> dict[str, object] | None:
+def serve(
+    task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make, write: Write
+) -> dict[str, object] | None:
     """Do a task; None where nobody waits for an answer."""
     if task["task"] == "look":
         return look(task, tell)

@@ -55,19 +55,45 @@ def touching() -> Body:
 
 def test_arms_that_touch_the_torso_do_not_bind_to_it(touching: Body) -> None:
     body = touching
-    arm = np.isin(body.parts, [PARTS.index(n) for n in ("left_lower_arm", "left_hand", "right_lower_arm", "right_hand")])
+    arm = np.isin(
+        body.parts,
+        [PARTS.index(n) for n in ("left_lower_arm", "left_hand", "right_lower_arm", "right_hand")],
+    )
     trunk = np.isin(body.parts, [PARTS.index(n) for n in ("torso", "left_thigh", "right_thigh")])
-    gap = np.linalg.norm(body.vertices[arm][:, None, ::3] - body.vertices[trunk][None, ::7, ::3], axis=-1).min()
+    gap = np.linalg.norm(
+        body.vertices[arm][:, None, ::3] - body.vertices[trunk][None, ::7, ::3], axis=-1
+    ).min()
     assert gap < 0.03  # they do touch
-    vertices = body.vertices + 0.01 * vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
-    surface = Surface(vertices=vertices.astype(np.float32), faces=body.faces, colors=np.full_like(vertices, 0.5, dtype=np.float32))
+    vertices = body.vertices + 0.01 * vertex_normals(
+        body.vertices.astype(np.float64), body.faces.astype(np.int64)
+    )
+    surface = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=body.faces,
+        colors=np.full_like(vertices, 0.5, dtype=np.float32),
+    )
     bound = bind(surface, body)
-    assert not np.isin(bound.parts[arm], [PARTS.index(n) for n in ("torso", "left_thigh", "right_thigh")]).any()
+    assert not np.isin(
+        bound.parts[arm], [PARTS.index(n) for n in ("torso", "left_thigh", "right_thigh")]
+    ).any()
     assert (
-        np.isin(bound.parts[trunk], [PARTS.index(n) for n in ("left_hand", "right_hand", "left_lower_arm", "right_lower_arm")])
+        np.isin(
+            bound.parts[trunk],
+            [
+                PARTS.index(n)
+                for n in ("left_hand", "right_hand", "left_lower_arm", "right_lower_arm")
+            ],
+        )
     ).mean() < 1e-3
     names = np.array(body.bone_names)
-    of_arm = np.array([n.startswith(("upperarm", "lowerarm", "wrist", "finger", "metacarpal", "shoulder", "clavicle")) for n in names])
+    of_arm = np.array(
+        [
+            n.startswith(
+                ("upperarm", "lowerarm", "wrist", "finger", "metacarpal", "shoulder", "clavicle")
+            )
+            for n in names
+        ]
+    )
     on_other = np.where(of_arm[bound.bones], 0, bound.weights).sum(1)[arm]
     assert on_other.max() < 0.02
 
@@ -91,9 +117,16 @@ def test_hair_follows_the_head_and_a_skirt_both_legs(body: Body) -> None:
     skirt = skirt.subdivide().subdivide()
     skirt.apply_translation(np.mean(knees, axis=0) + np.array([0, 0.2, 0]))
     names = np.array(body.bone_names)
-    for mesh, wanted in ((hair, ("head", "neck", "eye")), (skirt, ("upperleg", "lowerleg", "pelvis", "root", "spine05"))):
+    for mesh, wanted in (
+        (hair, ("head", "neck", "eye")),
+        (skirt, ("upperleg", "lowerleg", "pelvis", "root", "spine05")),
+    ):
         n = len(mesh.vertices)
-        surface = Surface(vertices=mesh.vertices.astype(np.float32), faces=mesh.faces.astype(np.int32), colors=np.zeros((n, 3), np.float32))
+        surface = Surface(
+            vertices=mesh.vertices.astype(np.float32),
+            faces=mesh.faces.astype(np.int32),
+            colors=np.zeros((n, 3), np.float32),
+        )
         bound = bind(surface, body)
         right = np.array([name.startswith(wanted) for name in names])
         assert np.where(right[bound.bones], bound.weights, 0).sum(1).mean() > 0.85, wanted
@@ -104,7 +137,9 @@ def test_hair_follows_the_head_and_a_skirt_both_legs(body: Body) -> None:
     assert share[side < -0.15].mean() < 0.3
     edge = skirt.edges_unique
     short = np.linalg.norm(skirt.vertices[edge[:, 0]] - skirt.vertices[edge[:, 1]], axis=1) < 0.04
-    assert np.abs(share[edge[:, 0]] - share[edge[:, 1]])[short].max() < 0.5  # no tear down the middle
+    assert (
+        np.abs(share[edge[:, 0]] - share[edge[:, 1]])[short].max() < 0.5
+    )  # no tear down the middle
 
 
 def test_far_or_empty_surface(surface: Surface, body: Body) -> None:
@@ -120,7 +155,9 @@ def test_far_or_empty_surface(surface: Surface, body: Body) -> None:
 def test_bind_pose_is_the_identity(character: Character) -> None:
     bind_pose = character.body.bone_transforms
     np.testing.assert_allclose(deform(character, bind_pose), character.surface.vertices, atol=1e-6)
-    np.testing.assert_allclose(control_points(character, bind_pose), character.surface.vertices, atol=1e-6)
+    np.testing.assert_allclose(
+        control_points(character, bind_pose), character.surface.vertices, atol=1e-6
+    )
 
 
 def test_rigid_motion_in_rigid_motion_out(character: Character) -> None:
@@ -157,14 +194,23 @@ def test_triangle_that_is_turned_stays_itself() -> None:
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0.3, 0.8, 0]])
     turn = rotvec_to_rotmat(np.array([0.2, 0.5, 2.5]))
     solver = ArapSolver(vertices, np.array([[0, 1, 2]]), np.array([1e4, 1e4, 0]))
-    result = solver.solve(np.vstack([(vertices @ turn.T)[:2], [[9.0, 9, 9]]]), iterations=2000, tolerance=-1.0)
-    edges = [np.linalg.norm(result.vertices[i] - result.vertices[j]) for i, j in ((0, 1), (1, 2), (2, 0))]
-    np.testing.assert_allclose(edges, [np.linalg.norm(vertices[i] - vertices[j]) for i, j in ((0, 1), (1, 2), (2, 0))], atol=1e-3)
+    result = solver.solve(
+        np.vstack([(vertices @ turn.T)[:2], [[9.0, 9, 9]]]), iterations=2000, tolerance=-1.0
+    )
+    edges = [
+        np.linalg.norm(result.vertices[i] - result.vertices[j]) for i, j in ((0, 1), (1, 2), (2, 0))
+    ]
+    np.testing.assert_allclose(
+        edges,
+        [np.linalg.norm(vertices[i] - vertices[j]) for i, j in ((0, 1), (1, 2), (2, 0))],
+        atol=1e-3,
+    )
 
 
 def test_stretched_triangle_has_the_known_answer() -> None:
-    # all three corners pulled softly to a triangle twice as large: by symmetry it scales by s about its centre, with
-    # minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2, r^2 = L^2 / 3
+    # all three corners pulled softly to a triangle twice as large: by symmetry it scales by s about
+    # its centre, with minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2, r^2 = L^2
+    # / 3
     angle = np.deg2rad([90, 210, 330])
     vertices = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
     k, c, length2 = 1 / np.sqrt(3) / 2, 0.7, 3.0
@@ -173,7 +219,9 @@ def test_stretched_triangle_has_the_known_answer() -> None:
     stiff, pull = 6 * k * length2, 3 * c
     scale = (stiff + 2 * pull) / (stiff + pull)
     np.testing.assert_allclose(result.vertices, scale * vertices, atol=1e-6)
-    assert result.energies[-1] == pytest.approx(stiff * (scale - 1) ** 2 + pull * (2 - scale) ** 2, rel=1e-6)
+    assert result.energies[-1] == pytest.approx(
+        stiff * (scale - 1) ** 2 + pull * (2 - scale) ** 2, rel=1e-6
+    )
 
 
 def test_bar_follows_a_moved_end_without_shearing() -> None:
@@ -191,12 +239,20 @@ def test_bar_follows_a_moved_end_without_shearing() -> None:
     result = ArapSolver(v, f, control).solve(targets, iterations=300, tolerance=1e-7)
     np.testing.assert_allclose(result.vertices[low | high], targets[low | high], atol=1e-3)
     edges = bar.edges_unique
-    now, before = (np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1) for x in (result.vertices, v))
-    assert np.abs(now / before - 1).mean() < 0.08  # a linear blend of the two ends' positions shears far more
+    now, before = (
+        np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1) for x in (result.vertices, v)
+    )
+    assert (
+        np.abs(now / before - 1).mean() < 0.08
+    )  # a linear blend of the two ends' positions shears far more
     t = np.clip((v[:, 2:] + 0.45) / 0.9, 0, 1)
     blend = (1 - t) * v + t * ((v - [0, 0, 0.4]) @ turn.T + [0.25, 0, 0.2])
     assert (
-        np.abs(now / before - 1).mean() < 0.6 * np.abs(np.linalg.norm(blend[edges[:, 0]] - blend[edges[:, 1]], axis=1) / before - 1).mean()
+        np.abs(now / before - 1).mean()
+        < 0.6
+        * np.abs(
+            np.linalg.norm(blend[edges[:, 0]] - blend[edges[:, 1]], axis=1) / before - 1
+        ).mean()
     )
 
 
@@ -204,7 +260,11 @@ def test_energy_never_grows() -> None:
     v, f = grid()
     random = np.random.default_rng(0)
     targets = v + random.normal(0, 0.4, v.shape)
-    energies = np.array(ArapSolver(v, f, np.full(len(v), 0.2)).solve(targets, iterations=40, tolerance=-1.0).energies)
+    energies = np.array(
+        ArapSolver(v, f, np.full(len(v), 0.2))
+        .solve(targets, iterations=40, tolerance=-1.0)
+        .energies
+    )
     assert len(energies) == 40
     assert (np.diff(energies) <= 1e-9 * energies[:-1]).all()
     assert energies[-1] < 0.97 * energies[0]
@@ -219,10 +279,16 @@ def test_agrees_with_open3d() -> None:
     v, f = np.array(ball.vertices) * [1, 1, 1.6], np.array(ball.faces)
     low, high = np.flatnonzero(v[:, 2] < -1.2), np.flatnonzero(v[:, 2] > 1.2)
     ids = np.concatenate([low, high])
-    positions = np.concatenate([v[low], v[high] @ rotvec_to_rotmat(np.array([0.6, 0.5, 0.3])).T + [0.3, 0, 0.2]])
-    mesh = open3d.geometry.TriangleMesh(open3d.utility.Vector3dVector(v), open3d.utility.Vector3iVector(f))
+    positions = np.concatenate(
+        [v[low], v[high] @ rotvec_to_rotmat(np.array([0.6, 0.5, 0.3])).T + [0.3, 0, 0.2]]
+    )
+    mesh = open3d.geometry.TriangleMesh(
+        open3d.utility.Vector3dVector(v), open3d.utility.Vector3iVector(f)
+    )
     theirs = mesh.deform_as_rigid_as_possible(
-        open3d.utility.IntVector(ids.tolist()), open3d.utility.Vector3dVector(positions), max_iter=1500
+        open3d.utility.IntVector(ids.tolist()),
+        open3d.utility.Vector3dVector(positions),
+        max_iter=1500,
     )
     control, targets = np.zeros(len(v)), v.copy()
     control[ids], targets[ids] = 1e7, positions
@@ -239,17 +305,28 @@ def test_frames_do_not_depend_on_each_other(character: Character, pose: np.ndarr
     np.testing.assert_array_equal(one(pose), other(pose))
 
 
-def test_arap_distorts_less_than_skinning_and_control_points(character: Character, pose: np.ndarray) -> None:
-    edges = np.unique(np.sort(character.surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+def test_arap_distorts_less_than_skinning_and_control_points(
+    character: Character, pose: np.ndarray
+) -> None:
+    edges = np.unique(
+        np.sort(character.surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0
+    )
 
     def stretch(vertices: np.ndarray) -> float:
-        now, before = (np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1) for x in (vertices, character.surface.vertices))
+        now, before = (
+            np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1)
+            for x in (vertices, character.surface.vertices)
+        )
         return float(np.abs(np.log(np.maximum(now, 1e-9) / np.maximum(before, 1e-9))).mean())
 
     deformer = ArapDeformer(character)
     result = deformer.solve(pose)
     assert result.iterations <= deformer.settings.iterations
-    assert stretch(result.vertices) < stretch(deform(character, pose)) < stretch(control_points(character, pose))
+    assert (
+        stretch(result.vertices)
+        < stretch(deform(character, pose))
+        < stretch(control_points(character, pose))
+    )
     assert np.linalg.norm(result.vertices - deform(character, pose), axis=1).mean() < 0.01
 
 
@@ -264,7 +341,9 @@ def test_rotations_agree_with_the_decomposition() -> None:
     best = np.einsum("nab,nab->n", nearest_rotations(matrices), matrices)
     for start, tolerance in ((near, 1e-3), (np.tile(np.eye(3), (500, 1, 1)), 0.1)):
         found = rotations_of(matrices, start, steps=60)
-        np.testing.assert_allclose(found @ np.swapaxes(found, 1, 2), np.tile(np.eye(3), (500, 1, 1)), atol=1e-9)
+        np.testing.assert_allclose(
+            found @ np.swapaxes(found, 1, 2), np.tile(np.eye(3), (500, 1, 1)), atol=1e-9
+        )
         np.testing.assert_allclose(np.linalg.det(found), 1, atol=1e-9)
         np.testing.assert_allclose(np.einsum("nab,nab->n", found, matrices), best, rtol=tolerance)
 

@@ -31,17 +31,32 @@ def rig(body: Body) -> Rig:
 
 
 def swung(body: Body, rig: Rig, side: str, degrees: float, frames: int = 60) -> np.ndarray:
-    """The body at rest, one arm of which swings in towards the trunk by `degrees` in the middle of the clip."""
-    transforms = np.broadcast_to(body.rest_transforms.astype(np.float64), (frames, *body.rest_transforms.shape)).copy()
+    """The body at rest, one arm of which swings in towards the trunk by `degrees` in the middle of
+    the clip."""
+    transforms = np.broadcast_to(
+        body.rest_transforms.astype(np.float64), (frames, *body.rest_transforms.shape)
+    ).copy()
     t = np.arange(frames) / FPS
-    angle = np.deg2rad(degrees) * np.exp(-(((t - t.mean()) / 0.25) ** 2)) * (-1 if side == "left" else 1)
-    turn_bones(transforms, subtree(rig.parents, rig.bones[f"{side}_shoulder"]), rotvec_to_rotmat(angle[:, None] * np.array([0.0, 0.0, 1.0])))
+    angle = (
+        np.deg2rad(degrees)
+        * np.exp(-(((t - t.mean()) / 0.25) ** 2))
+        * (-1 if side == "left" else 1)
+    )
+    turn_bones(
+        transforms,
+        subtree(rig.parents, rig.bones[f"{side}_shoulder"]),
+        rotvec_to_rotmat(angle[:, None] * np.array([0.0, 0.0, 1.0])),
+    )
     return transforms
 
 
 @pytest.mark.parametrize(("side", "column"), [("left", 0), ("right", 1)])
 def test_an_arm_that_swings_into_the_trunk_stays_outside(body, rig, side, column):
-    inwards = next(angle for angle in range(20, 80, 4) if arm_depth(swung(body, rig, side, angle), rig)[:, column].max() > 0.05)
+    inwards = next(
+        angle
+        for angle in range(20, 80, 4)
+        if arm_depth(swung(body, rig, side, angle), rig)[:, column].max() > 0.05
+    )
     before = swung(body, rig, side, inwards)
     after = clear_arms(before, rig, FPS)
     assert arm_depth(after, rig).max() < 0.012
@@ -50,7 +65,10 @@ def test_an_arm_that_swings_into_the_trunk_stays_outside(body, rig, side, column
     np.testing.assert_array_equal(after[:, other], before[:, other])
     np.testing.assert_array_equal(after[:5], before[:5])  # long before it comes near
     rows = [bone for bone in arm if bone != arm[0]]
-    lengths = [np.linalg.norm(x[:, rows, :3, 3] - x[:, rig.parents[rows], :3, 3], axis=-1) for x in (before, after)]
+    lengths = [
+        np.linalg.norm(x[:, rows, :3, 3] - x[:, rig.parents[rows], :3, 3], axis=-1)
+        for x in (before, after)
+    ]
     np.testing.assert_allclose(*lengths, atol=1e-9)
     wrist = rig.bones[f"{side}_wrist"]
     jerk = [np.abs(np.diff(x[:, wrist, :3, 3], n=2, axis=0)).max() for x in (before, after)]
@@ -77,20 +95,28 @@ def test_an_arm_is_turned_no_farther_than_an_arm_would_give_way(body, rig):
 def test_generated_clips_keep_their_arms_out_on_slim_and_broad_people(action, seed, weight):
     broad = make_body(load_body_model(), shape={"weight": weight}, grounded=True)
     own = rig_of(broad)
-    motion = make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=120, fps=FPS, seed=seed))
+    motion = make_motion(
+        MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=120, fps=FPS, seed=seed)
+    )
     before = retarget(motion, broad, settings=RetargetSettings(clear_arms=False)).astype(np.float64)
     after = clear_arms(before, own, FPS)
     within = [(arm_depth(moves, own).max(axis=1) > 0.02).mean() for moves in (before, after)]
     assert within[0] > 0.3
     assert within[1] <= 0.02
     wrists = [own.bones["left_wrist"], own.bones["right_wrist"]]
-    jolts = [np.linalg.norm(np.diff(moves[:, wrists][..., :3, 3], n=2, axis=0), axis=-1) for moves in (before, after)]
+    jolts = [
+        np.linalg.norm(np.diff(moves[:, wrists][..., :3, 3], n=2, axis=0), axis=-1)
+        for moves in (before, after)
+    ]
     assert np.quantile(jolts[1], 0.95) < 1.4 * np.quantile(jolts[0], 0.95)
 
 
 def test_turns_are_the_smallest_that_bring_points_out_and_come_and_go_smoothly():
     slopes, missing = np.zeros((60, 1, 3)), np.full((60, 1), -1.0)
-    slopes[28:33, 0, 0], missing[28:33] = 0.3, 0.06  # a radian about the first axis moves the point by 0.3 m
+    slopes[28:33, 0, 0], missing[28:33] = (
+        0.3,
+        0.06,
+    )  # a radian about the first axis moves the point by 0.3 m
     turned = smooth_turns(slopes, missing, np.zeros((60, 3)), FPS)
     assert (0.3 * turned[28:33, 0] > 0.055).all()
     assert np.abs(turned[:, 1:]).max() == 0
@@ -104,15 +130,28 @@ def test_motions_are_carried_over_so_and_raw_ones_are_not(body, rig):
     motion = person(frames=12)
     joints = motion.joints.copy()
     names = motion.joint_names
-    left = [i for i, name in enumerate(names) if "left" in name.lower() and any(part in name.lower() for part in ("elbow", "wrist", "hand"))]
+    left = [
+        i
+        for i, name in enumerate(names)
+        if "left" in name.lower()
+        and any(part in name.lower() for part in ("elbow", "wrist", "hand"))
+    ]
     assert left
-    shoulder = next(i for i, name in enumerate(names) if "left" in name.lower() and "shoulder" in name.lower())
+    shoulder = next(
+        i for i, name in enumerate(names) if "left" in name.lower() and "shoulder" in name.lower()
+    )
     for step, joint in enumerate(left, 1):  # the arm hangs, and crosses the trunk
         joints[:, joint] = joints[:, shoulder] + step * np.array([-0.09, -0.24, 0.0], np.float32)
     crossing = dataclasses.replace(motion, joints=joints)
     depth = {
-        name: arm_depth(retarget(crossing, body, settings=settings).astype(np.float64), rig)[:, 0].max()
-        for name, settings in (("clear", RetargetSettings()), ("off", RetargetSettings(clear_arms=False)), ("raw", RetargetSettings(raw=True)))
+        name: arm_depth(retarget(crossing, body, settings=settings).astype(np.float64), rig)[
+            :, 0
+        ].max()
+        for name, settings in (
+            ("clear", RetargetSettings()),
+            ("off", RetargetSettings(clear_arms=False)),
+            ("raw", RetargetSettings(raw=True)),
+        )
     }
     assert depth["off"] > 0.03
     assert depth["raw"] > 0.03

@@ -23,7 +23,9 @@ def textured(expressive: Character) -> Character:
     front = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0
     uv = 0.25 * corners[..., :2] + np.where(front[:, None, None], [0.25, 0.02], [0.75, 0.02])
     texture = np.random.default_rng(0).integers(0, 256, (1024, 1024, 3), dtype=np.uint8)
-    return dataclasses.replace(expressive, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=texture))
+    return dataclasses.replace(
+        expressive, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=texture)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +48,12 @@ def test_few_triangles_with_a_map(textured: Character, small: Character) -> None
 
 def test_what_is_left_moves_as_it_did(textured: Character, small: Character) -> None:
     """Vertices, their movement and all 52 expressions are exactly those of the whole character."""
-    kept = np.array([np.flatnonzero((textured.surface.vertices == point).all(axis=1))[0] for point in small.surface.vertices[::50]])
+    kept = np.array(
+        [
+            np.flatnonzero((textured.surface.vertices == point).all(axis=1))[0]
+            for point in small.surface.vertices[::50]
+        ]
+    )
     moves = textured.body.bone_transforms.copy()
     moves[:, :3, 3] += 0.3
     moves[5:] = moves[5:] @ np.diag([1, 1, 1, 1]).astype(np.float32)
@@ -62,10 +69,15 @@ def test_what_is_left_moves_as_it_did(textured: Character, small: Character) -> 
         whole = np.zeros_like(textured.surface.vertices)
         vertices, shifts = before.target(name)
         whole[vertices] = shifts
-        first = {tuple(point): index for index, point in reversed(list(enumerate(textured.surface.vertices)))}
+        first = {
+            tuple(point): index
+            for index, point in reversed(list(enumerate(textured.surface.vertices)))
+        }
         own = np.array([first[tuple(point)] for point in small.surface.vertices[moved]])
         same = np.isclose(whole[own], offsets, atol=1e-7).all(axis=1)
-        assert same.mean() > 0.99  # lips touch: of two vertices at one place the other one may have been found
+        assert (
+            same.mean() > 0.99
+        )  # lips touch: of two vertices at one place the other one may have been found
 
 
 def test_the_face_keeps_more_than_the_rest(textured: Character) -> None:

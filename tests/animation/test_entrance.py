@@ -15,7 +15,10 @@ from tests.support.motions import person
 @pytest.fixture(scope="module")
 def clips(body: Body) -> tuple[np.ndarray, np.ndarray]:
     motion = person(frames=24, step=0.05)
-    return tuple(retarget(motion, body, settings=RetargetSettings(raw=True, from_photo=value)) for value in (False, True))
+    return tuple(
+        retarget(motion, body, settings=RetargetSettings(raw=True, from_photo=value))
+        for value in (False, True)
+    )
 
 
 def test_the_first_frame_is_the_photos_pose_on_the_ground(body, clips):
@@ -37,7 +40,11 @@ def test_bones_keep_their_lengths_and_start_without_a_jerk(body, clips):
 
     np.testing.assert_allclose(offsets(entered), offsets(own), atol=2e-3)
     rotations = entered[:, :, :3, :3]
-    np.testing.assert_allclose(rotations @ np.swapaxes(rotations, -1, -2), np.broadcast_to(np.eye(3), rotations.shape), atol=1e-5)
+    np.testing.assert_allclose(
+        rotations @ np.swapaxes(rotations, -1, -2),
+        np.broadcast_to(np.eye(3), rotations.shape),
+        atol=1e-5,
+    )
     steps = np.linalg.norm(np.diff(entered[:10, :, :3, 3], axis=0), axis=-1).max(axis=1)
     assert steps[0] < 0.5 * steps.max()
 

@@ -25,11 +25,15 @@ from a2v.types import Body, Character, Motion, Surface
 
 
 def climbing(action: str) -> Motion:
-    return make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30, seed=0))
+    return make_motion(
+        MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30, seed=0)
+    )
 
 
 @pytest.mark.parametrize(("action", "least"), [("Climb a ladder", 0.7), ("Climb stairs", 0.2)])
-def test_climbs_stay_up_on_a_body_and_feet_stand_on_solids(body: Body, action: str, least: float) -> None:
+def test_climbs_stay_up_on_a_body_and_feet_stand_on_solids(
+    body: Body, action: str, least: float
+) -> None:
     motion = climbing(action)
     assert has_steps(motion)
     moves, rig = retarget(motion, body).astype(np.float64), rig_of(body)
@@ -39,11 +43,16 @@ def test_climbs_stay_up_on_a_body_and_feet_stand_on_solids(body: Body, action: s
     assert rise > least
     assert abs(rise - source) < 0.2 * source
     props = find_props(moves, body, motion.fps)
-    tops = [props.vertices[np.unique(props.faces[props.owner == number])][:, 1].max() for number in range(len(props.names))]
+    tops = [
+        props.vertices[np.unique(props.faces[props.owner == number])][:, 1].max()
+        for number in range(len(props.names))
+    ]
     last = [sole_points(moves[-1:], rig, side)[..., 1].min() for side in SIDES]
     assert min(last) > 0.1  # both feet are up in the end, each on something
     assert all(min(abs(np.array(tops) - height)) < 0.06 for height in last)
-    flat = retarget(motion, body, settings=RetargetSettings(steps="never"))[:, rig.bones["pelvis"], 1, 3]
+    flat = retarget(motion, body, settings=RetargetSettings(steps="never"))[
+        :, rig.bones["pelvis"], 1, 3
+    ]
     assert np.ptp(flat) < 0.5 * np.ptp(pelvis)
 
 
@@ -54,16 +63,26 @@ def test_what_does_not_rise_has_no_steps(body: Body) -> None:
 
 
 def test_solids_are_closed_and_face_outwards() -> None:
-    props = Props.of([("step", box(np.zeros(3), np.array([0.6, 0.2, 0.3]))), ("rung", rod(np.zeros(3), np.array([0.5, 0.1, 0]), 0.02)), ("step", box(-np.ones(3), np.zeros(3)))])
+    props = Props.of(
+        [
+            ("step", box(np.zeros(3), np.array([0.6, 0.2, 0.3]))),
+            ("rung", rod(np.zeros(3), np.array([0.5, 0.1, 0]), 0.02)),
+            ("step", box(-np.ones(3), np.zeros(3))),
+        ]
+    )
     assert props.names == ("step_1", "rung_1", "step_2")
     corners = props.vertices[props.faces].astype(np.float64)
     volume = np.bincount(props.owner, np.linalg.det(corners) / 6)
-    assert volume == pytest.approx([0.6 * 0.2 * 0.3, np.pi * 0.02**2 * np.hypot(0.5, 0.1), 1.0], rel=0.08)
+    assert volume == pytest.approx(
+        [0.6 * 0.2 * 0.3, np.pi * 0.02**2 * np.hypot(0.5, 0.1), 1.0], rel=0.08
+    )
     edges = np.sort(props.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
 
 
-def test_props_are_rendered_behind_the_surface_and_written_as_meshes_of_their_own(character: Character, tmp_path: Path) -> None:
+def test_props_are_rendered_behind_the_surface_and_written_as_meshes_of_their_own(
+    character: Character, tmp_path: Path
+) -> None:
     surface = character.surface
     props = Props.of([("step", box(np.zeros(3), np.array([0.6, 0.2, 0.3])))])
     both = with_props(surface, props)

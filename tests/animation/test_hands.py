@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from a2v.animation import RetargetSettings, retarget
-from a2v.animation.hands import FINGERS, HAND_POSES, Hand, finger_bones, hands_of, pose_hands, turn_bones, turn_palms
+from a2v.animation.hands import (
+    FINGERS,
+    HAND_POSES,
+    Hand,
+    finger_bones,
+    hands_of,
+    pose_hands,
+    turn_bones,
+    turn_palms,
+)
 from a2v.animation.life import STILL
 from a2v.animation.rig import SIDES, Rig, rig_of
 from a2v.geometry.vectors import unit
@@ -25,7 +34,9 @@ def rig(body: Body) -> Rig:
 
 @pytest.fixture(scope="module")
 def still(body: Body) -> np.ndarray:
-    return retarget(person(frames=5), body, settings=RetargetSettings(raw=True, life=STILL)).astype(np.float64)
+    return retarget(person(frames=5), body, settings=RetargetSettings(raw=True, life=STILL)).astype(
+        np.float64
+    )
 
 
 def in_hand(transforms, rig, hand, points):
@@ -39,10 +50,16 @@ def test_fingers_are_found_under_the_names_of_several_rigs(body):
         fingers = finger_bones(body.bone_names, side)
         assert set(fingers) == set(FINGERS)
         assert all(len(bones) == 3 for bones in fingers.values())
-    smpl = [f"left_{name}{place}" for name in ("index", "middle", "pinky", "ring", "thumb") for place in (1, 2, 3)]
+    smpl = [
+        f"left_{name}{place}"
+        for name in ("index", "middle", "pinky", "ring", "thumb")
+        for place in (1, 2, 3)
+    ]
     assert finger_bones(smpl, "left")["little"] == [6, 7, 8]
     assert finger_bones(smpl, "right") == {}
-    assert finger_bones([f"LeftHand{name}{place}" for name in ("Index", "Pinky") for place in (1, 2, 3, 4)], "left")["index"] == [0, 1, 2]
+    assert finger_bones(
+        [f"LeftHand{name}{place}" for name in ("Index", "Pinky") for place in (1, 2, 3, 4)], "left"
+    )["index"] == [0, 1, 2]
 
 
 def test_both_hands_close_towards_their_palms_and_alike(body, rig, still):
@@ -54,10 +71,16 @@ def test_both_hands_close_towards_their_palms_and_alike(body, rig, still):
             tip = in_hand(posed, rig, hand, posed[:, hand.fingers["middle"][2], :3, 3])[0]
             reach[pose, side] = np.array([tip @ hand.along, tip @ hand.palm])
     for side in SIDES:
-        order = [reach[pose, side][0] for pose in ("flat", "graceful", "relaxed", "hold", "grip", "fist")]
+        order = [
+            reach[pose, side][0] for pose in ("flat", "graceful", "relaxed", "hold", "grip", "fist")
+        ]
         assert order == sorted(order, reverse=True)  # ever nearer to the wrist
-        assert reach["grip", side][1] > reach["relaxed", side][1] > reach["flat", side][1]  # ever further out of the palm
-        np.testing.assert_array_equal(pose_hands(still, rig, body.bone_names, [("rest", "rest")]), still)
+        assert (
+            reach["grip", side][1] > reach["relaxed", side][1] > reach["flat", side][1]
+        )  # ever further out of the palm
+        np.testing.assert_array_equal(
+            pose_hands(still, rig, body.bone_names, [("rest", "rest")]), still
+        )
     for pose in HAND_POSES:
         np.testing.assert_allclose(reach[pose, "left"], reach[pose, "right"], atol=4e-3)
 
@@ -70,16 +93,25 @@ def test_the_thumb_lies_on_the_index_fingers_side_and_over_a_fist(body, rig, sti
         for pose in ("relaxed", "fist"):
             posed = pose_hands(still, rig, body.bone_names, [(pose, pose)])
             bones = hand.fingers["thumb"]
-            tips[pose] = unit(np.diff([in_hand(posed, rig, hand, posed[:, bone, :3, 3])[0] for bone in bones], axis=0)[1])
+            tips[pose] = unit(
+                np.diff(
+                    [in_hand(posed, rig, hand, posed[:, bone, :3, 3])[0] for bone in bones], axis=0
+                )[1]
+            )
         assert tips["relaxed"] @ across > 0.1
         assert tips["fist"] @ across < -0.3
         assert tips["fist"] @ hand.palm > 0.5
 
 
 def test_bones_keep_their_lengths_and_wrists_their_places(body, rig, still):
-    posed = turn_palms(pose_hands(still, rig, body.bone_names, [("fist", "hold")]), rig, body.bone_names, 10.0)
+    posed = turn_palms(
+        pose_hands(still, rig, body.bone_names, [("fist", "hold")]), rig, body.bone_names, 10.0
+    )
     rows = np.flatnonzero(rig.parents >= 0)
-    lengths = [np.linalg.norm(x[:, rows, :3, 3] - x[:, rig.parents[rows], :3, 3], axis=-1) for x in (posed, still)]
+    lengths = [
+        np.linalg.norm(x[:, rows, :3, 3] - x[:, rig.parents[rows], :3, 3], axis=-1)
+        for x in (posed, still)
+    ]
     np.testing.assert_allclose(*lengths, atol=1e-7)
     for side in SIDES:
         wrist = rig.bones[f"{side}_wrist"]
@@ -90,7 +122,9 @@ def test_bones_keep_their_lengths_and_wrists_their_places(body, rig, still):
 
 
 def test_palms_that_face_the_front_come_back_to_the_thighs(body, rig):
-    rest = np.broadcast_to(body.rest_transforms.astype(np.float64), (9, *body.rest_transforms.shape)).copy()
+    rest = np.broadcast_to(
+        body.rest_transforms.astype(np.float64), (9, *body.rest_transforms.shape)
+    ).copy()
     shown = {}
     for side in SIDES:  # arms that hang, their palms turned to the front
         hand = Hand.of(rig, body.bone_names, side)
@@ -101,7 +135,9 @@ def test_palms_that_face_the_front_come_back_to_the_thighs(body, rig):
         turn_bones(rest, arm, np.broadcast_to(turn, (9, 3, 3)))
         palm = turn @ hand.palm
         front = np.arctan2(np.cross([palm[0], palm[2]], [0.0, 1.0]), palm[2])
-        turn_bones(rest, arm, np.broadcast_to(rotvec_to_rotmat(np.array([0.0, -front, 0.0])), (9, 3, 3)))
+        turn_bones(
+            rest, arm, np.broadcast_to(rotvec_to_rotmat(np.array([0.0, -front, 0.0])), (9, 3, 3))
+        )
         shown[side] = (rest[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T @ hand.palm)[0]
         assert shown[side][2] > 0.8
     turned = turn_palms(rest, rig, body.bone_names, 30.0)
@@ -136,11 +172,19 @@ def test_a_rig_without_fingers_keeps_its_hands(body, rig, still):
 
 
 def test_hands_go_from_one_actions_pose_to_the_next_ones(body, rig):
-    motion = dataclasses.replace(person(frames=40), action="Walk,Sweep the floor,Macho", action_starts=np.array([0.0, 1.0, 2.5]))
-    single = [dataclasses.replace(person(frames=40), action=name) for name in motion.action.split(",")]
+    motion = dataclasses.replace(
+        person(frames=40),
+        action="Walk,Sweep the floor,Macho",
+        action_starts=np.array([0.0, 1.0, 2.5]),
+    )
+    single = [
+        dataclasses.replace(person(frames=40), action=name) for name in motion.action.split(",")
+    ]
     made = retarget(motion, body)
     assert motion.fps == 10
-    for own, frames in zip(single, (slice(0, 6), slice(13, 21), slice(28, 40)), strict=True):  # away from the changes
+    for own, frames in zip(
+        single, (slice(0, 6), slice(13, 21), slice(28, 40)), strict=True
+    ):  # away from the changes
         np.testing.assert_allclose(made[frames], retarget(own, body)[frames], atol=2e-5)
     knuckle = rig.bones["left_wrist"], Hand.of(rig, body.bone_names, "left").fingers["middle"][1]
     bend = np.linalg.norm(made[:, knuckle[0], :3, 3] - made[:, knuckle[1], :3, 3], axis=-1)

@@ -64,14 +64,19 @@ def test_a_gaze_that_lies_in_the_clouds_comes_down_to_the_horizon(body):
 def test_breath_moves_the_chest_and_leaves_hips_feet_and_gaze(body):
     motion = dataclasses.replace(person(frames=81, step=0.0), fps=20.0)
     settings = {"sway": 0.0, "gaze": 0.0, "palms": False, "hands": "rest"}
-    plain, breathing = moved(body, motion, breath=0.0, **settings), moved(body, motion, breath=1.0, **settings)
+    plain, breathing = (
+        moved(body, motion, breath=0.0, **settings),
+        moved(body, motion, breath=1.0, **settings),
+    )
     rig = rig_of(body)
     before, after = joints_of(plain, rig), joints_of(breathing, rig)
     for name in ("left_hip", "left_ankle", "right_foot"):
         np.testing.assert_array_equal(before[name], after[name])
     rise = after["left_shoulder"][:, 1] - before["left_shoulder"][:, 1]
     assert 0.001 < np.ptp(rise) < 0.01
-    assert int(np.argmax(rise)) == pytest.approx(0.42 * 80, abs=2)  # four seconds a breath, in for less than half of them
+    assert int(np.argmax(rise)) == pytest.approx(
+        0.42 * 80, abs=2
+    )  # four seconds a breath, in for less than half of them
     assert rise[0] == pytest.approx(rise[80], abs=1e-6)
     assert np.abs(face(plain, body)[1] - face(breathing, body)[1]).max() < 0.1
 
@@ -79,7 +84,9 @@ def test_breath_moves_the_chest_and_leaves_hips_feet_and_gaze(body):
 def test_who_stands_sways_over_feet_that_stay_and_who_walks_does_not(body):
     still = dataclasses.replace(person(frames=100, step=0.0), fps=20.0)
     rig = rig_of(body)
-    plain, swaying = (joints_of(moved(body, still, sway=sway, breath=0.0), rig) for sway in (0.0, 1.0))
+    plain, swaying = (
+        joints_of(moved(body, still, sway=sway, breath=0.0), rig) for sway in (0.0, 1.0)
+    )
     shift = swaying["pelvis"] - plain["pelvis"]
     assert 0.004 < np.abs(shift[:, [0, 2]]).max() < 0.03
     for side in SIDES:
@@ -89,7 +96,9 @@ def test_who_stands_sways_over_feet_that_stay_and_who_walks_does_not(body):
     other = joints_of(moved(body, still, sway=1.0, breath=0.0, seed=1), rig)
     assert np.abs(other["pelvis"] - swaying["pelvis"]).max() > 1e-3
     walk = dataclasses.replace(person(frames=60, step=0.06), fps=20.0)
-    a, b = (joints_of(moved(body, walk, sway=sway, breath=0.0), rig)["pelvis"] for sway in (0.0, 1.0))
+    a, b = (
+        joints_of(moved(body, walk, sway=sway, breath=0.0), rig)["pelvis"] for sway in (0.0, 1.0)
+    )
     np.testing.assert_array_equal(a, b)
 
 
@@ -97,7 +106,9 @@ def test_who_stands_sways_over_feet_that_stay_and_who_walks_does_not(body):
 def test_a_cycle_closes_with_breath_and_sway(body, seconds):
     motion = dataclasses.replace(person(frames=round(20 * seconds), step=0.0), fps=20.0)
     moves = retarget_edited(motion, body, Edit(loop=True))
-    steps = np.linalg.norm(np.diff(np.concatenate([moves, moves[:1]])[..., :3, 3], axis=0), axis=-1).max(axis=1)
+    steps = np.linalg.norm(
+        np.diff(np.concatenate([moves, moves[:1]])[..., :3, 3], axis=0), axis=-1
+    ).max(axis=1)
     assert steps[-1] <= 1.5 * max(steps[:-1].max(), 1e-5)
 
 
@@ -109,7 +120,9 @@ def test_nothing_is_added_when_nothing_is_asked_for(body):
     np.testing.assert_array_equal(a, retarget(motion, body, settings=RetargetSettings(life=STILL)))
 
 
-@pytest.mark.parametrize("wrong", [{"hands": "claw"}, {"gaze": -1.0}, {"breath": 9.0}, {"cycle": -1.0}])
+@pytest.mark.parametrize(
+    "wrong", [{"hands": "claw"}, {"gaze": -1.0}, {"breath": 9.0}, {"cycle": -1.0}]
+)
 def test_impossible_settings_are_refused(wrong):
     with pytest.raises(InputError):
         LifeSettings(**wrong)

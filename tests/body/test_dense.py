@@ -20,7 +20,9 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     body = random_body(3, bend_legs=True, yaw=0.6)
     subject, camera = subject_of(body)
     height = camera.scale * float(np.ptp(body.vertices[:, 1]))
-    found = gather_dense(bodymap_of(body, camera, 480), subject.keypoints, height=height, count=400, seed=0)
+    found = gather_dense(
+        bodymap_of(body, camera, 480), subject.keypoints, height=height, count=400, seed=0
+    )
     assert found is not None
     assert len(found.vertex_ids) == 400
     skin = torch.from_numpy(body.vertices[found.vertex_ids].astype(np.float64))
@@ -30,10 +32,14 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
 
     def deep(moved: torch.Tensor) -> float:
         told = torch.from_numpy(found.depths)
-        return float(term.deep_as_told(camera.scale * moved[:, 2], told, weights=weights, height=height))
+        return float(
+            term.deep_as_told(camera.scale * moved[:, 2], told, weights=weights, height=height)
+        )
 
     at_truth = deep(skin)
-    assert deep(skin + torch.tensor([0, 0, 0.5])) == pytest.approx(at_truth)  # where the map's zero lies is not known
+    assert deep(skin + torch.tensor([0, 0, 0.5])) == pytest.approx(
+        at_truth
+    )  # where the map's zero lies is not known
     assert deep(skin * torch.tensor([1, 1, 1.5])) > 4 * at_truth
     assert deep(skin * torch.tensor([1, 1, -1.0])) > 20 * at_truth
 
@@ -50,7 +56,9 @@ def test_a_map_corrects_landmarks_that_are_too_far_to_the_front() -> None:
     errors = joint_errors(body, camera, fit_body(told, settings=settings))
     assert errors.mean() < 0.75 * without.mean()
     assert errors.max() < 0.7 * without.max()
-    left_out = fit_body(told, settings=dataclasses.replace(settings, dense_weight=0.0, dense_depth_weight=0.0))
+    left_out = fit_body(
+        told, settings=dataclasses.replace(settings, dense_weight=0.0, dense_depth_weight=0.0)
+    )
     np.testing.assert_array_equal(joint_errors(body, camera, left_out), without)
 
 
@@ -69,7 +77,10 @@ def test_pixels_beside_landmarks_that_lie_elsewhere_count_less() -> None:
     height = camera.scale * float(np.ptp(body.vertices[:, 1]))
     moved = subject.keypoints.copy()
     moved[[13, 15, 17, 19, 21], 0] += 0.1 * height  # the left arm
-    whole, less = (gather_dense(found, points, height=height, count=4096, seed=0) for points in (subject.keypoints, moved))
+    whole, less = (
+        gather_dense(found, points, height=height, count=4096, seed=0)
+        for points in (subject.keypoints, moved)
+    )
     assert whole is not None
     assert less is not None
     changed = less.weights < 0.5 * whole.weights

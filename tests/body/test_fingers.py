@@ -1,4 +1,5 @@
-"""Fingers: bent as landmarks show them, relaxed without them; the rest of the body stays where it is."""
+"""Fingers: bent as landmarks show them, relaxed without them; the rest of the body stays where it
+is."""
 
 from __future__ import annotations
 
@@ -52,26 +53,44 @@ def test_landmarks_bend_fingers(body: Body, fist: float) -> None:
 def test_an_unseen_hand_is_relaxed(body: Body) -> None:
     wanted = np.zeros((2, 21, 4), np.float32)
     wanted[0] = landmarks(points_of(body, ".L"))
-    both, left = bend_fingers(body, blank_subject(hands=None), CAMERA), bend_fingers(body, blank_subject(hands=wanted), CAMERA)
-    right = [body.bone_names.index(f"finger{finger}-{joint}.R") for finger in range(1, 6) for joint in (1, 2, 3)]
+    both, left = (
+        bend_fingers(body, blank_subject(hands=None), CAMERA),
+        bend_fingers(body, blank_subject(hands=wanted), CAMERA),
+    )
+    right = [
+        body.bone_names.index(f"finger{finger}-{joint}.R")
+        for finger in range(1, 6)
+        for joint in (1, 2, 3)
+    ]
     assert both.bone_transforms[right] == pytest.approx(left.bone_transforms[right], abs=1e-6)
-    spread = [np.linalg.norm(points_of(made, ".R")[8] - points_of(made, ".R")[20]) for made in (body, both)]
+    spread = [
+        np.linalg.norm(points_of(made, ".R")[8] - points_of(made, ".R")[20])
+        for made in (body, both)
+    ]
     assert spread[1] < 0.8 * spread[0]  # index and little finger come together
     hand = _Hand(body, ".R")
-    towards_the_palm = (points_of(both, ".R")[[8, 12, 16, 20]] - points_of(body, ".R")[[8, 12, 16, 20]]) @ hand.palm
+    towards_the_palm = (
+        points_of(both, ".R")[[8, 12, 16, 20]] - points_of(body, ".R")[[8, 12, 16, 20]]
+    ) @ hand.palm
     assert towards_the_palm.min() > 0.02
 
 
 def test_only_hands_move_and_the_skin_follows_its_bones(body: Body) -> None:
     bent = bend_fingers(body, blank_subject(hands=None), CAMERA)
     moved = np.linalg.norm(bent.vertices - body.vertices, axis=1)
-    hands = [bone for bone, name in enumerate(body.bone_names) if name.startswith(("wrist", "finger", "metacarpal"))]
+    hands = [
+        bone
+        for bone, name in enumerate(body.bone_names)
+        if name.startswith(("wrist", "finger", "metacarpal"))
+    ]
     share = body.weights[:, hands].sum(axis=1)
     assert moved[share < 1e-6].max() < 1e-5
     tip = body.bone_names.index("finger2-3.L")
     skin = body.weights[:, tip] > 0.99
     change = bent.bone_transforms[tip] @ np.linalg.inv(body.bone_transforms[tip])
-    assert bent.vertices[skin] == pytest.approx(body.vertices[skin] @ change[:3, :3].T + change[:3, 3], abs=1e-4)
+    assert bent.vertices[skin] == pytest.approx(
+        body.vertices[skin] @ change[:3, :3].T + change[:3, 3], abs=1e-4
+    )
     assert np.linalg.det(bent.bone_transforms[:, :3, :3]) == pytest.approx(1, abs=1e-4)
 
 

@@ -33,7 +33,9 @@ def standing() -> tuple[Body, Subject, OrthographicCamera, FitResult]:
     return body, subject, camera, fit_body(subject)
 
 
-def test_a_standing_person_is_recovered(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
+def test_a_standing_person_is_recovered(
+    standing: tuple[Body, Subject, OrthographicCamera, FitResult],
+) -> None:
     body, subject, camera, result = standing
     assert result.residuals["keypoint_mean"] < 0.015  # the noise itself is 0.0125
     assert result.residuals["silhouette_iou"] > 0.95
@@ -42,17 +44,23 @@ def test_a_standing_person_is_recovered(standing: tuple[Body, Subject, Orthograp
     assert errors.max() < 0.15
     flat = result.camera.flatten(result.body.vertices)
     raster = rasterize(flat, result.body.faces, result.camera.flat, subject.mask.shape)["mask"]
-    assert mask_iou(raster, subject.mask > 0.5) > 0.95  # what the residuals say holds at full resolution
+    assert (
+        mask_iou(raster, subject.mask > 0.5) > 0.95
+    )  # what the residuals say holds at full resolution
     assert abs(result.residuals["height"] - 1.7) < 0.12
 
 
-def test_the_frame_is_the_photos(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
+def test_the_frame_is_the_photos(
+    standing: tuple[Body, Subject, OrthographicCamera, FitResult],
+) -> None:
     _, subject, _, result = standing
     assert abs(result.body.vertices[:, 1].min()) < 1e-4
     np.testing.assert_allclose(result.body.bone_transforms[0, [0, 2], 3], 0, atol=1e-4)
     landmarks = landmarks_of(load_body_model(), result.body)
     tall = result.camera.scale * result.residuals["height"]
-    error = np.linalg.norm(result.camera.project(landmarks) - subject.keypoints[:, :2], axis=1) / tall
+    error = (
+        np.linalg.norm(result.camera.project(landmarks) - subject.keypoints[:, :2], axis=1) / tall
+    )
     assert error.mean() == pytest.approx(result.residuals["keypoint_mean"], rel=1e-3)
     assert set(result.residuals["keypoints"]) == set(BLAZEPOSE)
     # bones and skin of the record agree
@@ -60,7 +68,9 @@ def test_the_frame_is_the_photos(standing: tuple[Body, Subject, OrthographicCame
     assert weights.shape[1] == len(rest) == len(result.body.bone_transforms)
 
 
-def test_joints_bend_the_right_way(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
+def test_joints_bend_the_right_way(
+    standing: tuple[Body, Subject, OrthographicCamera, FitResult],
+) -> None:
     result = standing[3]
     space = pose_space(load_body_model())
     angles = result.body.parameters["angles"]
@@ -80,7 +90,10 @@ def test_the_detectors_bent_legs_are_not_believed() -> None:
     for side in ("left", "right"):
         assert abs(angle(result, f"{side}_knee_bend")) < np.radians(10)
         hip, ankle = (
-            result.body.bone_transforms[result.body.bone_names.index(f"{bone}.{side[0].upper()}"), 2, 3] for bone in ("upperleg01", "foot")
+            result.body.bone_transforms[
+                result.body.bone_names.index(f"{bone}.{side[0].upper()}"), 2, 3
+            ]
+            for bone in ("upperleg01", "foot")
         )
         assert abs(hip - ankle) < 0.06
 
@@ -92,7 +105,9 @@ def test_bent_legs_that_are_seen_stay_bent() -> None:
     model = load_body_model()
     for side in ("L", "R"):
         want = np.linalg.norm(body.parameters["rotations"][model.bone(f"lowerleg01.{side}")])
-        assert angle(result, f"{'left' if side == 'L' else 'right'}_knee_bend") == pytest.approx(want, abs=0.35)
+        assert angle(result, f"{'left' if side == 'L' else 'right'}_knee_bend") == pytest.approx(
+            want, abs=0.35
+        )
     assert joint_errors(body, camera, result).mean() < 0.05
 
 
@@ -102,7 +117,9 @@ def test_a_person_seen_from_behind(depth: bool) -> None:
     subject, camera = subject_of(body, depth=depth)
     result = fit_body(subject, settings=QUICK)
     skull = result.body.vertices[result.body.parts == PARTS.index("head")]
-    assert landmarks_of(load_body_model(), result.body)[0, 2] < skull[:, 2].mean()  # the nose points away
+    assert (
+        landmarks_of(load_body_model(), result.body)[0, 2] < skull[:, 2].mean()
+    )  # the nose points away
     assert joint_errors(body, camera, result).mean() < (0.04 if depth else 0.09)
     assert result.residuals["silhouette_iou"] > 0.93
 
@@ -113,7 +130,12 @@ def test_openpose_without_hands_and_feet_cut_off() -> None:
     cut = int(subject.keypoints[BLAZEPOSE.index("left_knee"), 1]) + 40
     keypoints = subject.keypoints.copy()
     for index, name in enumerate(BLAZEPOSE):
-        if name.split("_")[-1] in ("pinky", "index", "thumb", "heel") or "foot" in name or "mouth" in name or keypoints[index, 1] > cut:
+        if (
+            name.split("_")[-1] in ("pinky", "index", "thumb", "heel")
+            or "foot" in name
+            or "mouth" in name
+            or keypoints[index, 1] > cut
+        ):
             keypoints[index] = 0
     subject = Subject(
         image=subject.image[:cut],
@@ -127,7 +149,9 @@ def test_openpose_without_hands_and_feet_cut_off() -> None:
     assert np.isfinite(result.body.vertices).all()
     assert result.residuals["silhouette_iou"] > 0.9
     assert "left_ankle" not in result.residuals["keypoints"]
-    feet = result.camera.project(result.body.vertices[result.body.parts == PARTS.index("left_foot")])
+    feet = result.camera.project(
+        result.body.vertices[result.body.parts == PARTS.index("left_foot")]
+    )
     assert feet[:, 1].min() > cut  # the feet are below the photo, not squeezed into it
     assert 1.5 < result.residuals["height"] < 1.9
 
@@ -142,18 +166,30 @@ def test_the_seed_decides_everything() -> None:
 def test_progress_reaches_the_end() -> None:
     subject, _ = subject_of(random_body(6))
     calls: list[tuple[int, int]] = []
-    fit_body(subject, settings=FitSettings(rounds=2, steps=3), progress=lambda done, total: calls.append((done, total)))
+    fit_body(
+        subject,
+        settings=FitSettings(rounds=2, steps=3),
+        progress=lambda done, total: calls.append((done, total)),
+    )
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
     assert calls[-1][0] == calls[-1][1]
 
 
-def test_the_surface_puts_the_joints_in_place(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
+def test_the_surface_puts_the_joints_in_place(
+    standing: tuple[Body, Subject, OrthographicCamera, FitResult],
+) -> None:
     body, subject, camera, photo = standing
-    vertices = body.vertices + 0.01 * vertex_normals(body.vertices, body.faces)  # a centimetre of clothes
-    surface = Surface(vertices=vertices.astype(np.float32), faces=body.faces, colors=np.full_like(vertices, 0.5))
+    vertices = body.vertices + 0.01 * vertex_normals(
+        body.vertices, body.faces
+    )  # a centimetre of clothes
+    surface = Surface(
+        vertices=vertices.astype(np.float32), faces=body.faces, colors=np.full_like(vertices, 0.5)
+    )
     result = fit_body(subject, surface=surface, camera=camera)
     bones = [body.bone_names.index(bone) for bone in JOINT_BONES.values()]
-    errors = np.linalg.norm(result.body.bone_transforms[bones, :3, 3] - body.bone_transforms[bones, :3, 3], axis=1)
+    errors = np.linalg.norm(
+        result.body.bone_transforms[bones, :3, 3] - body.bone_transforms[bones, :3, 3], axis=1
+    )
     assert errors.mean() < 0.015
     assert errors.max() < 0.04
     assert errors.mean() < 0.6 * joint_errors(body, camera, photo).mean()
@@ -176,7 +212,9 @@ def test_bad_input_is_named(standing: tuple[Body, Subject, OrthographicCamera, F
         FitSettings(rounds=-1)
 
 
-def test_forward_of_the_result_gives_its_vertices(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
+def test_forward_of_the_result_gives_its_vertices(
+    standing: tuple[Body, Subject, OrthographicCamera, FitResult],
+) -> None:
     body = standing[3].body
     model = load_body_model()
     angles = torch.from_numpy(body.parameters["angles"])
@@ -187,8 +225,14 @@ def test_forward_of_the_result_gives_its_vertices(standing: tuple[Body, Subject,
 def test_a_near_camera_is_understood_where_its_distance_is_known() -> None:
     body = random_body(6, spread=0.5, yaw=0.2)
     subject, camera = near_view(body, distance=1.8, pitch=0.3)
-    near, far = (fit_body(subject, settings=dataclasses.replace(QUICK, distance=distance)) for distance in (1.8, 0.0))
-    assert joint_errors(body, camera.flat, near).mean() < 0.6 * joint_errors(body, camera.flat, far).mean()
+    near, far = (
+        fit_body(subject, settings=dataclasses.replace(QUICK, distance=distance))
+        for distance in (1.8, 0.0)
+    )
+    assert (
+        joint_errors(body, camera.flat, near).mean()
+        < 0.6 * joint_errors(body, camera.flat, far).mean()
+    )
     assert near.camera.distance == pytest.approx(1.8)
     assert abs(near.camera.pitch - camera.pitch) < np.radians(6)
     assert abs(near.body.vertices[:, 1].min()) < 1e-4

@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 import torch
 
-from a2v.body import JOINT_BONES, PARTS, AnnyModel, BodyModel, load_body_model, make_body, part_of_bone
+from a2v.body import (
+    JOINT_BONES,
+    PARTS,
+    AnnyModel,
+    BodyModel,
+    load_body_model,
+    make_body,
+    part_of_bone,
+)
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
@@ -23,7 +31,9 @@ def model() -> AnnyModel:
 
 
 def random_pose(model: AnnyModel, seed: int, scale: float = 0.3) -> torch.Tensor:
-    return scale * torch.randn(model.n_bones, 3, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
+    return scale * torch.randn(
+        model.n_bones, 3, generator=torch.Generator().manual_seed(seed), dtype=torch.float64
+    )
 
 
 def test_it_keeps_the_protocol(model: AnnyModel) -> None:
@@ -36,25 +46,38 @@ def test_it_keeps_the_protocol(model: AnnyModel) -> None:
 
 def test_landmarks_are_named_once_each_with_its_other_side() -> None:
     assert len(BLAZEPOSE) == len(set(BLAZEPOSE)) == 33
-    assert {name.replace("left", "#").replace("right", "left").replace("#", "right") for name in BLAZEPOSE} == set(BLAZEPOSE)
+    assert {
+        name.replace("left", "#").replace("right", "left").replace("#", "right")
+        for name in BLAZEPOSE
+    } == set(BLAZEPOSE)
 
 
 def test_axes(model: AnnyModel) -> None:
     body = make_body(model, grounded=True)
-    head = {name: body.bone_transforms[model.bone(bone), :3, 3] for name, bone in JOINT_BONES.items()}
+    head = {
+        name: body.bone_transforms[model.bone(bone), :3, 3] for name, bone in JOINT_BONES.items()
+    }
     assert head["left_wrist"][0] > 0.2 > -0.2 > head["right_wrist"][0]
     assert 1.6 < body.vertices[:, 1].max() < 1.8
     assert abs(body.vertices[:, 1].min()) < 1e-5
     np.testing.assert_allclose(body.bone_transforms[0, [0, 2], 3], 0, atol=1e-6)
     skull = body.vertices[body.parts == PARTS.index("head")]
     landmarks = model.landmarks(
-        model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+        model.forward(
+            *(
+                torch.from_numpy(body.parameters[key])
+                for key in ("rotations", "shape", "translation")
+            )
+        )
     ).numpy()
     assert landmarks[0, 2] > skull[:, 2].min() + 0.15
     for name in ("left_heel", "left_foot_index", "right_heel", "right_foot_index"):
         assert landmarks[BLAZEPOSE.index(name), 1] < 0.05
     # toes point forward
-    assert landmarks[BLAZEPOSE.index("left_foot_index"), 2] > landmarks[BLAZEPOSE.index("left_heel"), 2] + 0.2
+    assert (
+        landmarks[BLAZEPOSE.index("left_foot_index"), 2]
+        > landmarks[BLAZEPOSE.index("left_heel"), 2] + 0.2
+    )
 
 
 def test_weights_and_rest_pose(model: AnnyModel) -> None:
@@ -84,16 +107,22 @@ def test_forward_kinematics_and_skinning_by_hand(model: AnnyModel) -> None:
     chosen = [0, 5000, 13000]
     for vertex in chosen:
         point = sum(
-            weight * (world[bone][:3, :3] @ (rest[vertex] - heads[bone]).numpy() + world[bone][:3, 3])
+            weight
+            * (world[bone][:3, :3] @ (rest[vertex] - heads[bone]).numpy() + world[bone][:3, 3])
             for bone, weight in enumerate(model.weights[vertex])
         )
         np.testing.assert_allclose(state.vertices[vertex], point, atol=1e-6)
-    some = model.forward(pose, shape, torch.tensor([0.1, 0.2, 0.3]).double(), vertex_ids=torch.tensor(chosen))
+    some = model.forward(
+        pose, shape, torch.tensor([0.1, 0.2, 0.3]).double(), vertex_ids=torch.tensor(chosen)
+    )
     np.testing.assert_allclose(some.vertices, state.vertices[chosen], atol=1e-7)
 
 
 def test_batches_and_matrices_agree(model: AnnyModel) -> None:
-    pose, shape = torch.stack([random_pose(model, 1), random_pose(model, 2)]), torch.from_numpy(model.shape_default).double()
+    pose, shape = (
+        torch.stack([random_pose(model, 1), random_pose(model, 2)]),
+        torch.from_numpy(model.shape_default).double(),
+    )
     both = model.forward(pose, shape.expand(2, -1), vertex_ids=model.landmark_vertices)
     one = model.forward(rotvec_to_rotmat(pose[1]), shape, vertex_ids=model.landmark_vertices)
     torch.testing.assert_close(both.vertices[1], one.vertices)
@@ -109,7 +138,9 @@ def test_a_rigid_turn_moves_everything_rigidly(model: AnnyModel) -> None:
     shape = torch.from_numpy(model.shape_default).double()
     first, second = model.forward(matrices, shape), model.forward(turned_matrices, shape)
     pivot = first.rest_heads[0]
-    torch.testing.assert_close((first.vertices - pivot) @ turn.T + pivot, second.vertices, atol=1e-6, rtol=0)
+    torch.testing.assert_close(
+        (first.vertices - pivot) @ turn.T + pivot, second.vertices, atol=1e-6, rtol=0
+    )
 
 
 def test_shapes_equal_annys_own(model: AnnyModel) -> None:
@@ -125,10 +156,14 @@ def test_shape_space(model: AnnyModel) -> None:
     low[index], high[index] = 0.25, 0.5
     middle = (low + high) / 2
     vertices = [model.rest(torch.from_numpy(values))[0].numpy() for values in (low, middle, high)]
-    np.testing.assert_allclose(vertices[1], (vertices[0] + vertices[2]) / 2, atol=1e-6)  # piecewise linear in each phenotype
+    np.testing.assert_allclose(
+        vertices[1], (vertices[0] + vertices[2]) / 2, atol=1e-6
+    )  # piecewise linear in each phenotype
     assert np.abs(vertices[2] - vertices[0]).max() > 0.005
     taller = make_body(model, shape={"height": 0.6}).vertices
-    assert np.ptp(taller[:, 1]) > np.ptp(make_body(model, shape={"height": 0.3}).vertices[:, 1]) + 0.2
+    assert (
+        np.ptp(taller[:, 1]) > np.ptp(make_body(model, shape={"height": 0.3}).vertices[:, 1]) + 0.2
+    )
 
 
 def test_parts_are_symmetric_and_named_after_their_bones(model: AnnyModel) -> None:
@@ -141,7 +176,9 @@ def test_parts_are_symmetric_and_named_after_their_bones(model: AnnyModel) -> No
             assert count[index] == count[other]
             assert body.vertices[body.parts == index, 0].min() > -0.01
             np.testing.assert_allclose(
-                body.vertices[body.parts == index].mean(0), body.vertices[body.parts == other].mean(0) * [-1, 1, 1], atol=1e-3
+                body.vertices[body.parts == index].mean(0),
+                body.vertices[body.parts == other].mean(0) * [-1, 1, 1],
+                atol=1e-3,
             )
     assert PARTS[part_of_bone("lowerarm02.R")] == "right_lower_arm"
     with pytest.raises(InputError, match="tail"):
@@ -150,7 +187,9 @@ def test_parts_are_symmetric_and_named_after_their_bones(model: AnnyModel) -> No
 
 def test_landmarks_lie_where_their_names_say(model: AnnyModel) -> None:
     body = make_body(model, grounded=True)
-    state = model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+    state = model.forward(
+        *(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation"))
+    )
     points = dict(zip(BLAZEPOSE, model.landmarks(state).numpy(), strict=True))
     for name, point in points.items():
         if "left" in name:
@@ -172,7 +211,12 @@ def test_landmarks_lie_where_their_names_say(model: AnnyModel) -> None:
     heights = [points[name][1] for name in order]
     assert heights == sorted(heights, reverse=True)
     assert points["left_ear"][2] < points["left_eye_outer"][2] < points["nose"][2]
-    assert points["left_eye_inner"][0] < points["left_eye"][0] < points["left_eye_outer"][0] < points["left_ear"][0]
+    assert (
+        points["left_eye_inner"][0]
+        < points["left_eye"][0]
+        < points["left_eye_outer"][0]
+        < points["left_ear"][0]
+    )
 
 
 def test_gradients(model: AnnyModel) -> None:
@@ -192,7 +236,9 @@ def test_gradients(model: AnnyModel) -> None:
 def test_tails_are_the_childrens_heads(model: AnnyModel) -> None:
     body = make_body(model, grounded=True)
     heads = body.bone_transforms[:, :3, 3]
-    np.testing.assert_allclose(body.bone_tails[model.bone("upperleg02.L")], heads[model.bone("lowerleg01.L")], atol=1e-6)
+    np.testing.assert_allclose(
+        body.bone_tails[model.bone("upperleg02.L")], heads[model.bone("lowerleg01.L")], atol=1e-6
+    )
     assert body.bone_tails[model.bone("head"), 1] > body.vertices[:, 1].max() - 0.02
     moved = model.tails(torch.from_numpy(body.vertices) + 1, torch.from_numpy(heads) + 1).numpy()
     np.testing.assert_allclose(moved, body.bone_tails + 1, atol=1e-5)
@@ -223,5 +269,12 @@ def test_the_cache_survives_damage_and_a_read_only_home(tmp_path: Path) -> None:
     environment = os.environ | {"A2V_CACHE": str(first), "HOME": str(home)}
     environment.pop("XDG_CACHE_HOME", None)
     code = "from a2v.body import load_body_model; print(load_body_model().n_bones)"
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
     assert done.stdout.strip() == "104"

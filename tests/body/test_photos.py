@@ -14,9 +14,15 @@ from a2v.body.pose_space import pose_space
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("photo", "mask", "iou"),
-    [("PIFu_ryota.png", "PIFu_ryota_mask.png", 0.80), ("tfjs_pose.jpg", None, 0.80), ("mmpose_coco_000000000785.jpg", None, 0.70)],
+    [
+        ("PIFu_ryota.png", "PIFu_ryota_mask.png", 0.80),
+        ("tfjs_pose.jpg", None, 0.80),
+        ("mmpose_coco_000000000785.jpg", None, 0.70),
+    ],
 )
-def test_keypoints_of_real_people_are_met(data_dir: Path, photo: str, mask: str | None, iou: float) -> None:
+def test_keypoints_of_real_people_are_met(
+    data_dir: Path, photo: str, mask: str | None, iou: float
+) -> None:
     from a2v.perception import decode_mask, decode_photo, find_person
 
     folder = data_dir / "photos"
@@ -39,6 +45,8 @@ def test_keypoints_of_real_people_are_met(data_dir: Path, photo: str, mask: str 
         names = result.body.bone_names
         assert abs(joints[names.index("upperleg01.L"), 2] - joints[names.index("foot.L"), 2]) < 0.08
         assert abs(joints[names.index("neck01"), 2] - joints[0, 2]) < 0.12
-    if photo.startswith("tfjs"):  # his right knee is bent by a right angle, the left leg is straight
+    if photo.startswith(
+        "tfjs"
+    ):  # his right knee is bent by a right angle, the left leg is straight
         assert angles[space.index("right_knee_bend")] > np.radians(50)
         assert abs(angles[space.index("left_knee_bend")]) < np.radians(20)

@@ -11,7 +11,8 @@ from a2v.body.skin import outer_skin
 
 
 def test_places_are_the_outer_skins_own_in_its_order() -> None:
-    """A posed body's skin has its places by `vertex_ids`, and the unposed one's are an affine map of its vertices."""
+    """A posed body's skin has its places by `vertex_ids`, and the unposed one's are an affine map
+    of its vertices."""
     body = make_body(load_body_model())
     found = canonical_places()
     skin, _, _ = outer_skin(body)

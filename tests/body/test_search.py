@@ -46,7 +46,10 @@ def test_the_bank_is_within_limits_and_mirrored(bank: PoseBank) -> None:
     assert half > 2000
     beyond = np.maximum(space.limits[:, 0] - bank.angles, bank.angles - space.limits[:, 1])
     assert beyond.max() < 1e-5
-    swap = [COMPARED.index(name.replace("left", "?").replace("right", "left").replace("?", "right")) for name in COMPARED]
+    swap = [
+        COMPARED.index(name.replace("left", "?").replace("right", "left").replace("?", "right"))
+        for name in COMPARED
+    ]
     assert np.abs(bank.points[half:, swap] * [-1, 1, 1] - bank.points[:half]).mean() < 0.01
     assert np.allclose(bank.roots @ bank.roots.transpose(0, 2, 1), np.eye(3), atol=1e-5)
 
@@ -67,13 +70,25 @@ def test_a_pose_of_the_bank_is_found_again_by_its_outline(bank: PoseBank) -> Non
     import cv2
 
     number = int(
-        np.argmax(bank.points[:, COMPARED.index("left_wrist"), 1] + bank.points[:, COMPARED.index("right_wrist"), 1])
+        np.argmax(
+            bank.points[:, COMPARED.index("left_wrist"), 1]
+            + bank.points[:, COMPARED.index("right_wrist"), 1]
+        )
     )  # arms raised
     canvas = np.zeros((640, 640), np.float32)
     pixels = 320 + SCALE * turned(bank.points[number], np.radians(15))[:, :2] * [1, -1]
-    place = {name: tuple(int(value) for value in pixel) for name, pixel in zip(COMPARED, pixels, strict=True)}
+    place = {
+        name: tuple(int(value) for value in pixel)
+        for name, pixel in zip(COMPARED, pixels, strict=True)
+    }
     for side in ("left", "right"):
-        for first, last in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip")):
+        for first, last in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+        ):
             cv2.line(canvas, place[f"{side}_{first}"], place[f"{side}_{last}"], 1, 40)
     cv2.circle(canvas, place["nose"], 35, 1, -1)
     found = alike_outline(bank, mask_field(canvas, (0, 0, 640, 640)), count=4)
@@ -82,7 +97,9 @@ def test_a_pose_of_the_bank_is_found_again_by_its_outline(bank: PoseBank) -> Non
     assert best.camera.scale == pytest.approx(SCALE, rel=0.2)
     wrists = [COMPARED.index("left_wrist"), COMPARED.index("right_wrist")]
     shoulders = [COMPARED.index("left_shoulder"), COMPARED.index("right_shoulder")]
-    assert bank.points[best.number, wrists, 1].mean() > bank.points[best.number, shoulders, 1].mean()  # arms raised
+    assert (
+        bank.points[best.number, wrists, 1].mean() > bank.points[best.number, shoulders, 1].mean()
+    )  # arms raised
 
 
 def test_landmarks_that_are_doubted_hardly_count(bank: PoseBank) -> None:
@@ -98,7 +115,9 @@ def test_landmarks_that_are_doubted_hardly_count(bank: PoseBank) -> None:
 def test_fits_that_look_wrong() -> None:
     good = {"keypoint_mean": 0.01, "keypoint_max": 0.03, "silhouette_iou": 0.8}
     assert not looks_wrong(good)
-    assert not looks_wrong({name: value for name, value in good.items() if name != "silhouette_iou"})  # no mask
+    assert not looks_wrong(
+        {name: value for name, value in good.items() if name != "silhouette_iou"}
+    )  # no mask
     for name, value in (("keypoint_mean", 0.05), ("keypoint_max", 0.2), ("silhouette_iou", 0.5)):
         assert looks_wrong({**good, name: value})
     # landmarks and outline that are both a little off convince together of what neither does alone
@@ -108,7 +127,12 @@ def test_fits_that_look_wrong() -> None:
 
 
 def test_the_user_reads_one_sentence_or_none() -> None:
-    good = {"keypoint_mean": 0.01, "keypoint_max": 0.03, "silhouette_iou": 0.8, "keypoints": {"nose": 0.01, "left_wrist": 0.03}}
+    good = {
+        "keypoint_mean": 0.01,
+        "keypoint_max": 0.03,
+        "silhouette_iou": 0.8,
+        "keypoints": {"nose": 0.01, "left_wrist": 0.03},
+    }
     assert doubts(good) == []
     (text,) = doubts({**good, "keypoint_max": 0.3})
     assert "left wrist is 30 % of the height off" in text

@@ -1,4 +1,5 @@
-"""Models of the SMPL family, on a tiny model of the same file format that this file makes out of Anny."""
+"""Models of the SMPL family, on a tiny model of the same file format that this file makes out of
+Anny."""
 
 from __future__ import annotations
 
@@ -10,7 +11,17 @@ import torch
 
 from a2v import InputError, Surface
 from a2v.animation import bind, deform, retarget
-from a2v.body import JOINT_BONES, PARTS, BodyModel, FitSettings, SmplModel, carry_over, fit_body, load_body_model, make_body
+from a2v.body import (
+    JOINT_BONES,
+    PARTS,
+    BodyModel,
+    FitSettings,
+    SmplModel,
+    carry_over,
+    fit_body,
+    load_body_model,
+    make_body,
+)
 from a2v.body.smpl import JOINTS
 from a2v.kinematics import HUMANACT12, inverse_kinematics
 from a2v.kinematics.names import BLAZEPOSE
@@ -27,7 +38,9 @@ def content() -> dict[str, np.ndarray]:
 @pytest.fixture(scope="module")
 def file(content: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("smpl") / "SMPL_TINY.npz"
-    np.savez(path, **content, part2num=np.array({"pelvis": 0}, dtype=object))  # SMPL-X's files hold pickles besides: never opened
+    np.savez(
+        path, **content, part2num=np.array({"pelvis": 0}, dtype=object)
+    )  # SMPL-X's files hold pickles besides: never opened
     return path
 
 
@@ -50,30 +63,51 @@ def test_it_is_a_body_model(model: SmplModel) -> None:
 def test_bones_and_skin_move_together(model: SmplModel, dtype: torch.dtype) -> None:
     random = torch.Generator().manual_seed(0)
     angles = 0.3 * torch.randn(2, 24, 3, generator=random, dtype=dtype)
-    betas, move = torch.randn(2, 3, generator=random, dtype=dtype), torch.tensor([0.1, 0.2, 0.3], dtype=dtype)
+    betas, move = (
+        torch.randn(2, 3, generator=random, dtype=dtype),
+        torch.tensor([0.1, 0.2, 0.3], dtype=dtype),
+    )
     state = model.forward(angles, betas, move)
     assert state.vertices.dtype == state.transforms.dtype == dtype
     # rotate a point of the head's flesh with the head's bone alone: what its weights of one mean
     rigid = np.flatnonzero(model.weights[:, 15] > 0.9999)[::50]
     local = state.rest_vertices[:, rigid] - state.rest_heads[:, 15:16]
     posed = (state.transforms[:, 15, :3, :3] @ local.mT).mT + state.transforms[:, 15:16, :3, 3]
-    assert float((posed - state.vertices[:, rigid]).abs().max()) < 5e-3  # but for the small pose corrections
+    assert (
+        float((posed - state.vertices[:, rigid]).abs().max()) < 5e-3
+    )  # but for the small pose corrections
     some = torch.tensor([5, 7, 1000])
-    torch.testing.assert_close(model.forward(angles, betas, move, vertex_ids=some).vertices, state.vertices[:, some])
-    torch.testing.assert_close(model.forward(angles, betas).transforms[..., :3, 3] + move, state.transforms[..., :3, 3])
+    torch.testing.assert_close(
+        model.forward(angles, betas, move, vertex_ids=some).vertices, state.vertices[:, some]
+    )
+    torch.testing.assert_close(
+        model.forward(angles, betas).transforms[..., :3, 3] + move, state.transforms[..., :3, 3]
+    )
     # the convention: world_j = world_parent @ translate(head_j - head_parent) @ rotate(rotvec_j)
     rest, parent = state.rest_heads, model.bone_parents[18]
     step = state.transforms[:, parent, :3, :3] @ (rest[:, 18] - rest[:, parent])[..., None]
-    torch.testing.assert_close(state.transforms[:, 18, :3, 3], state.transforms[:, parent, :3, 3] + step[..., 0], atol=1e-5, rtol=0)
+    torch.testing.assert_close(
+        state.transforms[:, 18, :3, 3],
+        state.transforms[:, parent, :3, 3] + step[..., 0],
+        atol=1e-5,
+        rtol=0,
+    )
 
 
 def test_landmarks_lie_where_annys_do(model: SmplModel) -> None:
     anny = load_body_model()
     zero = torch.zeros(24, 3)
     ours = model.landmarks(model.forward(zero, torch.zeros(3))).numpy()
-    theirs = anny.landmarks(anny.forward(torch.zeros(anny.n_bones, 3), torch.from_numpy(anny.shape_default))).numpy()
+    theirs = anny.landmarks(
+        anny.forward(torch.zeros(anny.n_bones, 3), torch.from_numpy(anny.shape_default))
+    ).numpy()
     distance = np.linalg.norm(ours - theirs, axis=1)
-    assert distance[[BLAZEPOSE.index(f"left_{name}") for name in ("shoulder", "hip", "knee", "wrist")]].max() < 0.005
+    assert (
+        distance[
+            [BLAZEPOSE.index(f"left_{name}") for name in ("shoulder", "hip", "knee", "wrist")]
+        ].max()
+        < 0.005
+    )
     assert distance.max() < 0.09  # fingers have no joints of their own
     assert ours[BLAZEPOSE.index("left_ear"), 0] > 0.03
     assert ours[BLAZEPOSE.index("nose"), 2] > ours[BLAZEPOSE.index("left_ear"), 2] + 0.05
@@ -90,15 +124,22 @@ def test_a_fit_is_carried_over(carried: tuple[Body, Body, float]) -> None:
     assert body.model == "smpl"
     assert distance < 0.012
     joints = ("left_elbow", "right_wrist", "left_knee", "right_ankle")
-    want = source.bone_transforms[[source.bone_names.index(JOINT_BONES[joint]) for joint in joints], :3, 3]
-    errors = np.linalg.norm(body.bone_transforms[[body.bone_names.index(joint) for joint in joints], :3, 3] - want, axis=1)
+    want = source.bone_transforms[
+        [source.bone_names.index(JOINT_BONES[joint]) for joint in joints], :3, 3
+    ]
+    errors = np.linalg.norm(
+        body.bone_transforms[[body.bone_names.index(joint) for joint in joints], :3, 3] - want,
+        axis=1,
+    )
     assert errors.max() < 0.05  # three shape directions know no lengths of limbs
     assert errors.mean() < 0.03
 
 
 def test_a_person_of_smpl_is_bound_and_walks(carried: tuple[Body, Body, float]) -> None:
     _, body, _ = carried
-    surface = Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5))
+    surface = Surface(
+        vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)
+    )
     character = bind(surface, body)
     np.testing.assert_allclose(deform(character, body.bone_transforms), surface.vertices, atol=1e-5)
     joints = np.repeat(load_rest(), 8, axis=0)
@@ -108,7 +149,10 @@ def test_a_person_of_smpl_is_bound_and_walks(carried: tuple[Body, Body, float]) 
     )  # fmt: skip
     moved = retarget(motion, body)
     assert moved.shape == (8, 24, 4, 4)
-    lifted = moved[:, body.bone_names.index("left_wrist"), 1, 3] - moved[:, body.bone_names.index("left_shoulder"), 1, 3]
+    lifted = (
+        moved[:, body.bone_names.index("left_wrist"), 1, 3]
+        - moved[:, body.bone_names.index("left_shoulder"), 1, 3]
+    )
     assert (lifted > 0.3).all()  # the raised arm is raised
 
 

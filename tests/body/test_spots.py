@@ -33,18 +33,28 @@ def test_every_spot_has_a_twin_on_the_other_side(body: Body) -> None:
     some = twins >= 0
     assert np.abs(spots.places[twins[some]] - spots.places[some] * [-1, 1, 1]).max() < 0.01
     names = np.array(PARTS)
-    mirrored = np.array([PARTS.index(name.replace("left", "x").replace("right", "left").replace("x", "right")) for name in names])
+    mirrored = np.array(
+        [
+            PARTS.index(name.replace("left", "x").replace("right", "left").replace("x", "right"))
+            for name in names
+        ]
+    )
     assert (spots.parts[twins[some]] == mirrored[spots.parts[some]]).mean() > 0.98
     assert (twins[twins[some]] == np.flatnonzero(some)).mean() > 0.9
 
 
 def test_a_twin_is_only_taken_from_what_is_shown_and_never_through_a_limb(body: Body) -> None:
     spots = nearest_spots(body.vertices, body)
-    shown = (spots.parts == PARTS.index("right_lower_arm")) & (spots.normals[:, 2] > 0.2)  # the front of one forearm
+    shown = (spots.parts == PARTS.index("right_lower_arm")) & (
+        spots.normals[:, 2] > 0.2
+    )  # the front of one forearm
     twins = spots.twins(shown, within=0.03)
     found = twins >= 0
     assert shown[twins[found]].all()
-    assert np.isin(spots.parts[found], [PARTS.index(f"left_{name}") for name in ("upper_arm", "lower_arm", "hand")]).all()
+    assert np.isin(
+        spots.parts[found],
+        [PARTS.index(f"left_{name}") for name in ("upper_arm", "lower_arm", "hand")],
+    ).all()
     assert found[(spots.parts == PARTS.index("left_lower_arm")) & (spots.normals[:, 2] > 0.3)].all()
     behind = (spots.parts == PARTS.index("left_lower_arm")) & (spots.normals[:, 2] < -0.3)
     assert behind.sum() > 20

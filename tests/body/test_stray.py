@@ -39,13 +39,26 @@ def seen(side: str) -> tuple[Evidence, OrthographicCamera, FloatArray, FloatArra
     rotations = pose_space(model).rotvecs(torch.from_numpy(posed(side, ON_HIP))).numpy()
     body = make_body(model, rotations, model.shape_default, grounded=True)
     subject, camera = subject_of(body)
-    return gather_evidence(subject, SETTINGS), camera, landmarks_of(model, body), body.parameters["translation"]
+    return (
+        gather_evidence(subject, SETTINGS),
+        camera,
+        landmarks_of(model, body),
+        body.parameters["translation"],
+    )
 
 
-def held(side: str, arm: dict[str, float], camera: OrthographicCamera, translation: FloatArray) -> Unknowns:
+def held(
+    side: str, arm: dict[str, float], camera: OrthographicCamera, translation: FloatArray
+) -> Unknowns:
     """The true fit but for that arm, which is bent as given."""
     shape = load_body_model().shape_default
-    return Unknowns.build(root=np.zeros(3), angles=posed(side, arm), shape=shape, translation=translation, camera=camera)
+    return Unknowns.build(
+        root=np.zeros(3),
+        angles=posed(side, arm),
+        shape=shape,
+        translation=translation,
+        camera=camera,
+    )
 
 
 def objective_of(evidence: Evidence) -> Objective:
@@ -75,7 +88,11 @@ def test_an_arm_on_the_wrong_side_is_mended(side: str) -> None:
     objective.minimize(mended, 30, stage="silhouette")
     model = load_body_model()
     with torch.no_grad():
-        state = model.forward(mended.rotmats(pose_space(model)).float(), mended.shape.float(), mended.translation.float())
+        state = model.forward(
+            mended.rotmats(pose_space(model)).float(),
+            mended.shape.float(),
+            mended.translation.float(),
+        )
     own = list(LIMBS[f"{side}_arm"])
     depth = model.landmarks(state).numpy()[own, 2] - truth[own, 2]
     assert np.abs(depth).max() < 0.08
@@ -93,7 +110,12 @@ def test_a_limb_of_doubtful_depth_is_tried_anew() -> None:
     evidence, camera, _, translation = seen("left")
     objective, model = objective_of(evidence), load_body_model()
     overhead = held("left", OVERHEAD, camera, translation)
-    assert mend_doubtful(objective, model, overhead, {"left_arm": DOUBTFUL - 0.01, "trunk": 2 * DOUBTFUL}) is None
+    assert (
+        mend_doubtful(
+            objective, model, overhead, {"left_arm": DOUBTFUL - 0.01, "trunk": 2 * DOUBTFUL}
+        )
+        is None
+    )
     mended = mend_doubtful(objective, model, overhead, {"right_arm": 0.0, "left_arm": 2 * DOUBTFUL})
     assert mended is not None
     assert gap(objective, mended, "left_arm") < STRAY
@@ -108,7 +130,9 @@ def test_a_landmark_that_is_not_seen_makes_no_limb_stray() -> None:
     elsewhere = dataclasses.replace(evidence, pixels=pixels)
     assert list(stray_limbs(objective_of(elsewhere), true)) == ["left_arm"]
     confidence[places] = 0.1
-    assert stray_limbs(objective_of(dataclasses.replace(elsewhere, confidence=confidence)), true) == {}
+    assert (
+        stray_limbs(objective_of(dataclasses.replace(elsewhere, confidence=confidence)), true) == {}
+    )
 
 
 def test_both_legs_beside_their_landmarks_are_short_legs() -> None:
@@ -119,25 +143,36 @@ def test_both_legs_beside_their_landmarks_are_short_legs() -> None:
         pixels[list(LIMBS[f"{side}_leg"])] += [0.0, -0.1 * evidence.height]
     assert stray_limbs(objective_of(dataclasses.replace(evidence, pixels=pixels)), true) == {}
     pixels[list(LIMBS["right_leg"])] = evidence.pixels[list(LIMBS["right_leg"])]
-    assert list(stray_limbs(objective_of(dataclasses.replace(evidence, pixels=pixels)), true)) == ["left_leg"]
+    assert list(stray_limbs(objective_of(dataclasses.replace(evidence, pixels=pixels)), true)) == [
+        "left_leg"
+    ]
 
 
 def test_a_limb_that_leaves_the_mask_is_not_believed() -> None:
     before = {"loss": {"keypoints": 90.0, "strays": 20.0}, "silhouette_iou": 0.85}
     assert agrees_better({**before, "loss": {"keypoints": 50.0}}, before)
-    assert not agrees_better({**before, "loss": {"keypoints": 50.0}, "silhouette_iou": 0.82}, before)
-    assert not agrees_better({**before, "loss": {"keypoints": 120.0}, "silhouette_iou": 0.9}, before)
+    assert not agrees_better(
+        {**before, "loss": {"keypoints": 50.0}, "silhouette_iou": 0.82}, before
+    )
+    assert not agrees_better(
+        {**before, "loss": {"keypoints": 120.0}, "silhouette_iou": 0.9}, before
+    )
     assert agrees_better({"loss": {"keypoints": 50.0}}, {"loss": {"keypoints": 60.0}})  # no mask
 
 
 def test_many_poses_cost_what_each_does_alone() -> None:
     evidence, camera, _, translation = seen("left")
     objective = objective_of(evidence)
-    poses = np.stack([posed("left", ON_HIP), posed("left", OVERHEAD), posed("right", OVERHEAD)]).astype(np.float32)
+    poses = np.stack(
+        [posed("left", ON_HIP), posed("left", OVERHEAD), posed("right", OVERHEAD)]
+    ).astype(np.float32)
     costs, landmarks = objective.of_poses(held("left", OVERHEAD, camera, translation), poses)
     assert landmarks.shape == (3, 33, 3)
     for pose, cost in zip(poses, costs, strict=True):
         one = held("left", OVERHEAD, camera, translation).with_angles(pose)
         terms = objective.values(one, "silhouette")
-        assert cost == pytest.approx(sum(terms[name] for name in ("keypoints", "strays", "depth", "pose", "limits")), rel=1e-3)
+        assert cost == pytest.approx(
+            sum(terms[name] for name in ("keypoints", "strays", "depth", "pose", "limits")),
+            rel=1e-3,
+        )
     assert costs[0] < 0.2 * costs[1:].min()

@@ -22,7 +22,9 @@ from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
 from a2v.types import OrthographicCamera
 
 
-def disk(size: int = 400, radius: float = 120.0, center: tuple[float, float] = (200.0, 180.0)) -> np.ndarray:
+def disk(
+    size: int = 400, radius: float = 120.0, center: tuple[float, float] = (200.0, 180.0)
+) -> np.ndarray:
     v, u = np.mgrid[:size, :size] + 0.5
     return (np.hypot(u - center[0], v - center[1]) < radius).astype(np.float32)
 
@@ -30,14 +32,18 @@ def disk(size: int = 400, radius: float = 120.0, center: tuple[float, float] = (
 def test_the_distance_field_of_a_disk() -> None:
     mask = mask_field(disk(), (0, 0, 400, 400), size=200)
     points = torch.tensor(
-        [[200.0, 180.0 + offset] for offset in (-170, -130, -110, -40, 60, 125, 200)], dtype=torch.float64, requires_grad=True
+        [[200.0, 180.0 + offset] for offset in (-170, -130, -110, -40, 60, 125, 200)],
+        dtype=torch.float64,
+        requires_grad=True,
     )
     value = mask.sample(points)
     want = np.abs(np.array([-170, -130, -110, -40, 60, 125, 200])) - 120
     np.testing.assert_allclose(value.detach(), want, atol=2.5)
     value.sum().backward()
     assert points.grad is not None
-    np.testing.assert_allclose(points.grad[:, 1], np.sign([-170, -130, -110, -40, 60, 125, 200]), atol=0.15)
+    np.testing.assert_allclose(
+        points.grad[:, 1], np.sign([-170, -130, -110, -40, 60, 125, 200]), atol=0.15
+    )
     distance = np.hypot(*(mask.contour - [200, 180]).T)
     np.testing.assert_allclose(distance, 120, atol=2.0)
     outward = (mask.contour - [200, 180]) / distance[:, None]
@@ -55,7 +61,9 @@ def test_beyond_the_photo_nothing_is_known() -> None:
 def test_specks_and_empty_masks_do_no_harm() -> None:
     speckled = disk()
     speckled[5:9, 5:9] = 1
-    np.testing.assert_array_equal(mask_field(speckled, (0, 0, 400, 400)).inside, mask_field(disk(), (0, 0, 400, 400)).inside)
+    np.testing.assert_array_equal(
+        mask_field(speckled, (0, 0, 400, 400)).inside, mask_field(disk(), (0, 0, 400, 400)).inside
+    )
     empty = mask_field(np.zeros((50, 40), np.float32), (0, 0, 40, 50))
     assert len(empty.contour) == 0
     assert empty.sample(torch.zeros(3, 2)).abs().sum() == 0
@@ -79,7 +87,9 @@ def test_rasterised_depth_is_the_surface() -> None:
     vertices = np.array([[-1, 0, 0.5], [1, 0, 0.5], [0, 2, 0.5]], dtype=np.float32)
     camera = OrthographicCamera(scale=10.0, center_u=20.0, center_v=30.0)
     raster = rasterize(vertices, np.array([[0, 1, 2]], dtype=np.int32), camera, (40, 40))
-    assert raster["mask"].sum() == pytest.approx(200, rel=0.06)  # two square metres at 100 pixels each
+    assert raster["mask"].sum() == pytest.approx(
+        200, rel=0.06
+    )  # two square metres at 100 pixels each
     np.testing.assert_allclose(raster["depth"][raster["mask"]], 0.5, atol=1e-5)
     assert raster["mask"][25, 20]
     assert not raster["mask"][35, 20]
@@ -107,11 +117,20 @@ def test_angles_mirror() -> None:
     space = pose_space(model)
     assert (space.limits[:, 0] <= space.natural).all()
     assert (space.natural <= space.limits[:, 1]).all()
-    angles = space.natural + 0.4 * np.random.default_rng(0).normal(size=len(space)).astype(np.float32)
+    angles = space.natural + 0.4 * np.random.default_rng(0).normal(size=len(space)).astype(
+        np.float32
+    )
     mirrored = angles[space.mirror] * space.mirror_sign
-    first, second = (make_body(model, space.rotvecs(torch.from_numpy(values.astype(np.float32))).numpy()) for values in (angles, mirrored))
+    first, second = (
+        make_body(model, space.rotvecs(torch.from_numpy(values.astype(np.float32))).numpy())
+        for values in (angles, mirrored)
+    )
     left, right = (model.bone(f"wrist.{side}") for side in "LR")
-    np.testing.assert_allclose(first.bone_transforms[left, :3, 3], second.bone_transforms[right, :3, 3] * [-1, 1, 1], atol=2e-3)
+    np.testing.assert_allclose(
+        first.bone_transforms[left, :3, 3],
+        second.bone_transforms[right, :3, 3] * [-1, 1, 1],
+        atol=2e-3,
+    )
 
 
 @pytest.mark.parametrize(
@@ -128,7 +147,9 @@ def test_angles_mirror() -> None:
         ("waist_bend", "head", 2, 1),  # the head goes forward
     ],
 )
-def test_positive_angles_do_what_their_names_say(name: str, bone: str, axis: int, sign: int) -> None:
+def test_positive_angles_do_what_their_names_say(
+    name: str, bone: str, axis: int, sign: int
+) -> None:
     model = load_body_model()
     space = pose_space(model)
     angles = torch.from_numpy(space.natural.copy())
@@ -136,24 +157,40 @@ def test_positive_angles_do_what_their_names_say(name: str, bone: str, axis: int
     angles[space.index(name)] += 0.3
     after = make_body(model, space.rotvecs(angles).numpy())
     index = model.bone(bone)
-    assert sign * (after.bone_transforms[index, axis, 3] - before.bone_transforms[index, axis, 3]) > 0.02
+    assert (
+        sign * (after.bone_transforms[index, axis, 3] - before.bone_transforms[index, axis, 3])
+        > 0.02
+    )
 
 
 def test_the_pose_prior_against_scikit_learn_and_scipy() -> None:
-    mixture = pytest.importorskip("sklearn.mixture").GaussianMixture(3, random_state=0, reg_covar=1e-3)
+    mixture = pytest.importorskip("sklearn.mixture").GaussianMixture(
+        3, random_state=0, reg_covar=1e-3
+    )
     rng = np.random.default_rng(0)
-    data = np.concatenate([rng.normal(size=(200, 5)) @ rng.normal(size=(5, 5)) + 3 * rng.normal(size=5) for _ in range(3)])
+    data = np.concatenate(
+        [
+            rng.normal(size=(200, 5)) @ rng.normal(size=(5, 5)) + 3 * rng.normal(size=5)
+            for _ in range(3)
+        ]
+    )
     mixture.fit(data)
-    prior = PosePrior(weights=mixture.weights_, means=mixture.means_, covariances=mixture.covariances_)
+    prior = PosePrior(
+        weights=mixture.weights_, means=mixture.means_, covariances=mixture.covariances_
+    )
     points = rng.normal(size=(20, 5)) * 3
     ours = prior.log_likelihood(torch.from_numpy(points)).numpy()
     np.testing.assert_allclose(ours, mixture.score_samples(points), atol=1e-8)
     densities = [
         weight * multivariate_normal(mean, cov).pdf(points)
-        for weight, mean, cov in zip(mixture.weights_, mixture.means_, mixture.covariances_, strict=True)
+        for weight, mean, cov in zip(
+            mixture.weights_, mixture.means_, mixture.covariances_, strict=True
+        )
     ]
     np.testing.assert_allclose(ours, np.log(np.sum(densities, axis=0)), atol=1e-6)
-    assert torch.autograd.gradcheck(prior.log_likelihood, torch.from_numpy(points[:2]).requires_grad_())
+    assert torch.autograd.gradcheck(
+        prior.log_likelihood, torch.from_numpy(points[:2]).requires_grad_()
+    )
 
 
 def test_the_shipped_prior_knows_people() -> None:
@@ -166,7 +203,9 @@ def test_the_shipped_prior_knows_people() -> None:
     assert prior.log_likelihood(standing) > prior.log_likelihood(backwards) + 10
     mirrored = torch.from_numpy(space.natural[space.mirror] * space.mirror_sign).double()
     # the data were mirrored: a pose and its mirror image are about equally likely
-    assert float(prior.log_likelihood(standing)) == pytest.approx(float(prior.log_likelihood(mirrored)), abs=3)
+    assert float(prior.log_likelihood(standing)) == pytest.approx(
+        float(prior.log_likelihood(mirrored)), abs=3
+    )
 
 
 def test_a_file_that_is_no_prior_is_named(tmp_path: Path) -> None:
@@ -186,8 +225,12 @@ def test_the_penalty_levels_off() -> None:
 def test_the_limbs_are_as_long_as_the_default_bodys() -> None:
     model = load_body_model()
     body = make_body(model)
-    state = model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+    state = model.forward(
+        *(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation"))
+    )
     points = model.landmarks(state).numpy()
     for (first, last), ratio in LIMBS_BY_HEIGHT.items():
-        length = np.linalg.norm(points[LANDMARK_INDEX[f"left_{first}"]] - points[LANDMARK_INDEX[f"left_{last}"]])
+        length = np.linalg.norm(
+            points[LANDMARK_INDEX[f"left_{first}"]] - points[LANDMARK_INDEX[f"left_{last}"]]
+        )
         assert length / np.ptp(body.vertices[:, 1]) == pytest.approx(ratio, abs=0.012)

@@ -16,7 +16,10 @@ from a2v.types import Subject
 def test_a_fit_gives_the_threads_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread while it works, as many as before when it ends, in an error too."""
     during: list[int] = []
-    monkeypatch.setattr("a2v.body.fit.gather_evidence", lambda *_: during.append(torch.get_num_threads()) or _refuse())
+    monkeypatch.setattr(
+        "a2v.body.fit.gather_evidence",
+        lambda *_: during.append(torch.get_num_threads()) or _refuse(),
+    )
     before = torch.get_num_threads()
     torch.set_num_threads(2)
     try:

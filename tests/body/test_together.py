@@ -24,8 +24,12 @@ def guessed(body: Body, subject: Subject, camera: object, shape: np.ndarray) -> 
 
     parameters = body.parameters
     space = pose_space(load_body_model("anny"))
-    wrong = make_body(load_body_model("anny"), parameters["rotations"], shape, parameters["translation"])
-    wrong = dataclasses.replace(wrong, parameters={**wrong.parameters, "angles": space.natural.astype(np.float32)})
+    wrong = make_body(
+        load_body_model("anny"), parameters["rotations"], shape, parameters["translation"]
+    )
+    wrong = dataclasses.replace(
+        wrong, parameters={**wrong.parameters, "angles": space.natural.astype(np.float32)}
+    )
     return FitResult(wrong, camera, {"silhouette_iou": 0.9})  # type: ignore[arg-type]
 
 
@@ -35,7 +39,9 @@ def seen() -> tuple[list[Body], list[Subject], list[FitResult]]:
     bodies = [truth, turned(truth, np.pi / 2)]
     views = [near_view(body, distance=3.0, pitch=0.1) for body in bodies]
     shapes = [np.clip(truth.parameters["shape"] + shift, 0.05, 0.95) for shift in (0.03, -0.03)]
-    fits = [guessed(body, *view, shape) for body, view, shape in zip(bodies, views, shapes, strict=True)]
+    fits = [
+        guessed(body, *view, shape) for body, view, shape in zip(bodies, views, shapes, strict=True)
+    ]
     return bodies, [subject for subject, _ in views], fits
 
 
@@ -44,7 +50,9 @@ def test_all_photos_get_one_shape_and_each_its_own_pose(seen):
     found = fit_together(subjects, fits, settings=QUICK)
     assert np.array_equal(found[0].body.parameters["shape"], found[1].body.parameters["shape"])
     assert shapes_differ(found) < 1e-6 < shapes_differ(fits)
-    assert not np.array_equal(found[0].body.parameters["rotations"], found[1].body.parameters["rotations"])
+    assert not np.array_equal(
+        found[0].body.parameters["rotations"], found[1].body.parameters["rotations"]
+    )
     for result in found:
         assert result.residuals["keypoint_mean"] < 0.015
         assert result.residuals["silhouette_iou"] > 0.85

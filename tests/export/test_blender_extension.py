@@ -26,7 +26,11 @@ def test_the_manifest_says_what_blender_asks_for() -> None:
     manifest = tomllib.loads((FOLDER / "blender_manifest.toml").read_text())
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert manifest["schema_version"] == "1.0.0"
-    assert (manifest["id"], manifest["type"], manifest["version"]) == ("a2v", "add-on", project["version"])
+    assert (manifest["id"], manifest["type"], manifest["version"]) == (
+        "a2v",
+        "add-on",
+        project["version"],
+    )
     assert manifest["license"] == [f"SPDX:{project['license']}"]
     assert re.fullmatch(r"\d+\.\d+\.\d+", manifest["blender_version_min"])
     for text in (manifest["tagline"], *manifest["permissions"].values()):
@@ -40,28 +44,48 @@ def test_the_extension_needs_nothing_of_a2v() -> None:
 
 
 @pytest.fixture(scope="module")
-def told(character: Character, data_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def told(
+    character: Character, data_dir: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
     """What Blender says; `bpy` in this environment or in one of its own."""
     folder = tmp_path_factory.mktemp("extension")
-    for python in (os.environ.get("A2V_BLENDER_PYTHON"), sys.executable, str(ROOT / "build" / "bpy" / "bin" / "python")):
+    for python in (
+        os.environ.get("A2V_BLENDER_PYTHON"),
+        sys.executable,
+        str(ROOT / "build" / "bpy" / "bin" / "python"),
+    ):
         if (
             python
             and Path(python).exists()
-            and not subprocess.run([python, "-c", "import bpy"], capture_output=True, check=False).returncode
+            and not subprocess.run(
+                [python, "-c", "import bpy"], capture_output=True, check=False
+            ).returncode
         ):
             break
     else:
-        pytest.skip("no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or set A2V_BLENDER_PYTHON")
+        pytest.skip(
+            "no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or set A2V_BLENDER_PYTHON"
+        )
     moves = {
-        name: (retarget(read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=10), character.body), 10.0)
+        name: (
+            retarget(
+                read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=10), character.body
+            ),
+            10.0,
+        )
         for name in ("walk", "kick")
     }
     write_glb(folder / "person.glb", *prepare_rig(character, moves, rig="mixamo"))
     script = str(Path(__file__).with_name("look_at_extension.py"))
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}  # the a2v beside this Python
+    environment = {
+        **os.environ,
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+    }  # the a2v beside this Python
     (folder / "no.jpg").write_text("this is no photo")
     command = [python, script, str(FOLDER), str(folder / "person.glb"), str(folder / "no.jpg")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=300, env=environment, check=False
+    )
     lines = [line for line in done.stdout.splitlines() if line.startswith("TOLD ")]
     assert lines, done.stdout[-2000:] + done.stderr[-2000:]
     found: dict[str, Any] = json.loads(lines[0].removeprefix("TOLD "))

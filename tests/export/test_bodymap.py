@@ -30,7 +30,9 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
     path = tmp_path / FILE.name
     export_network(network, path, licence="Apache-2.0", extra={"seed": 1})
     assert path.stat().st_size < 10e6
-    said = json.loads(next(item.value for item in onnx.load(path).metadata_props if item.key == "a2v"))
+    said = json.loads(
+        next(item.value for item in onnx.load(path).metadata_props if item.key == "a2v")
+    )
     assert said["format"] == FORMAT
     assert said["licence"] == "Apache-2.0"
     assert said["seed"] == 1
@@ -43,7 +45,9 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
         found = session.run(None, {INPUTS[0]: pictures.numpy()})
         for mine, theirs in zip(found, (told.points, told.log_scales, told.maps), strict=True):
             assert mine.shape == tuple(theirs.shape)
-            np.testing.assert_allclose(mine, theirs.numpy(), atol=2e-3 * max(1.0, float(theirs.abs().max())))
+            np.testing.assert_allclose(
+                mine, theirs.numpy(), atol=2e-3 * max(1.0, float(theirs.abs().max()))
+            )
 
 
 def test_blended_weights_lie_between_and_are_folded_alike(tmp_path: Path) -> None:
@@ -62,23 +66,60 @@ def test_blended_weights_lie_between_and_are_folded_alike(tmp_path: Path) -> Non
     np.testing.assert_allclose(nearly.maps, own.maps, atol=2e-2 * float(own.maps.abs().max()))
     half = blended(network, shipped, 0.5)
     name = "narrow.weight"
-    np.testing.assert_allclose(half.state_dict()[name], (network.state_dict()[name].numpy() + shipped[name]) / 2, atol=1e-3)
+    np.testing.assert_allclose(
+        half.state_dict()[name], (network.state_dict()[name].numpy() + shipped[name]) / 2, atol=1e-3
+    )
     for blend, initial, match in ((0.0, "shipped", "expected a share"), (0.5, "", "give it too")):
         with pytest.raises(InputError, match=match):
             export_bodymap(tmp_path, tmp_path, licence="", blend=blend, initial=initial)
 
 
-def test_the_command_trains_on_what_is_there_and_writes_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_trains_on_what_is_there_and_writes_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from pipelines.cli import main
 
     write_invented(tmp_path / "views")
-    small = ["--bodymap.iterations", "2", "--bodymap.batch-size", "2", "--bodymap.measured", "2", "--bodymap.log-every", "1"]
-    command = ["train", "bodymap", "--data", str(tmp_path), "--out", str(tmp_path), "--views", "64", "--validation", "64"]
-    assert main([*command, *small, "--bodymap.threads", "1", "--bodymap.device", "cpu", "--json"]) == 0
+    small = [
+        "--bodymap.iterations",
+        "2",
+        "--bodymap.batch-size",
+        "2",
+        "--bodymap.measured",
+        "2",
+        "--bodymap.log-every",
+        "1",
+    ]
+    command = [
+        "train",
+        "bodymap",
+        "--data",
+        str(tmp_path),
+        "--out",
+        str(tmp_path),
+        "--views",
+        "64",
+        "--validation",
+        "64",
+    ]
+    assert (
+        main([*command, *small, "--bodymap.threads", "1", "--bodymap.device", "cpu", "--json"]) == 0
+    )
     told = json.loads(capsys.readouterr().out)
-    assert [Path(one["path"] if isinstance(one, dict) else one).name for one in told["files"]] == [FILE.name]
-    said = json.loads(next(item.value for item in onnx.load(tmp_path / FILE.name).metadata_props if item.key == "a2v"))
+    assert [Path(one["path"] if isinstance(one, dict) else one).name for one in told["files"]] == [
+        FILE.name
+    ]
+    said = json.loads(
+        next(
+            item.value
+            for item in onnx.load(tmp_path / FILE.name).metadata_props
+            if item.key == "a2v"
+        )
+    )
     assert said["iterations"] == 2
     assert said["views"] == {"training": 64, "validation": 64}
-    assert main([*command[:-4], "--views", "64", "--validation", "64", "--studio.seed", "4", *small]) == 2
+    assert (
+        main([*command[:-4], "--views", "64", "--validation", "64", "--studio.seed", "4", *small])
+        == 2
+    )
     assert "other settings" in capsys.readouterr().err

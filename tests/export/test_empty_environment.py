@@ -1,4 +1,5 @@
-"""`sample.py` and one model file in an environment that has numpy and onnxruntime and nothing else."""
+"""`sample.py` and one model file in an environment that has numpy and onnxruntime and nothing
+else."""
 
 from __future__ import annotations
 
@@ -20,7 +21,9 @@ from a2v.types import Motion
 from export import sample as sample_script
 
 
-def needs(name: str, found: dict[str, importlib.metadata.Distribution] | None = None) -> dict[str, importlib.metadata.Distribution]:
+def needs(
+    name: str, found: dict[str, importlib.metadata.Distribution] | None = None
+) -> dict[str, importlib.metadata.Distribution]:
     """The installed distribution called `name` and those it requires without extras, by name."""
     found = {} if found is None else found
     if name not in found:
@@ -33,15 +36,27 @@ def needs(name: str, found: dict[str, importlib.metadata.Distribution] | None = 
 
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory):
-    """A fresh virtual environment with links to the files of numpy, onnxruntime and what they need; a folder with script and model."""
+    """A fresh virtual environment with links to the files of numpy, onnxruntime and what they need;
+    a folder with script and model."""
     folder = tmp_path_factory.mktemp("empty")
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", "--symlinks", str(folder / "venv")], check=True)
+    subprocess.run(
+        [sys.executable, "-m", "venv", "--without-pip", "--symlinks", str(folder / "venv")],
+        check=True,
+    )
     python = folder / "venv" / "bin" / "python"
     where = "import sysconfig; print(sysconfig.get_paths()['purelib'])"
-    packages = Path(subprocess.run([python, "-I", "-c", where], capture_output=True, text=True, check=True).stdout.strip())
+    packages = Path(
+        subprocess.run(
+            [python, "-I", "-c", where], capture_output=True, text=True, check=True
+        ).stdout.strip()
+    )
     assert not list(packages.iterdir())
     for distribution in [*needs("numpy").values(), *needs("onnxruntime").values()]:
-        for top in {file.parts[0] for file in distribution.files or [] if file.parts[0] not in ("..", "__pycache__")}:
+        for top in {
+            file.parts[0]
+            for file in distribution.files or []
+            if file.parts[0] not in ("..", "__pycache__")
+        }:
             target = packages / top
             if not target.exists():
                 target.symlink_to(distribution.locate_file(top))
@@ -52,8 +67,14 @@ def empty(tmp_path_factory):
 
 def run(empty, *arguments, code=0):
     folder, python = empty
-    clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL", "A2V"))}
-    result = subprocess.run([python, *arguments], cwd=folder, env=clean, capture_output=True, text=True, timeout=120)
+    clean = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("PYTHON", "VIRTUAL", "A2V"))
+    }
+    result = subprocess.run(
+        [python, *arguments], cwd=folder, env=clean, capture_output=True, text=True, timeout=120
+    )
     assert result.returncode == code, result.stderr
     return result
 
@@ -74,21 +95,57 @@ def test_usage_and_contents_are_printed(empty):
 
 def test_the_file_alone_makes_the_same_motions_as_the_library(empty):
     folder, _ = empty
-    run(empty, "sample.py", "model.onnx", "--action", "walk,jump", "--frames", "130", "--count", "2", "--seed", "5", "--out", "m.npz")
+    run(
+        empty,
+        "sample.py",
+        "model.onnx",
+        "--action",
+        "walk,jump",
+        "--frames",
+        "130",
+        "--count",
+        "2",
+        "--seed",
+        "5",
+        "--out",
+        "m.npz",
+    )
     made = Motion.load(folder / "m.npz")
-    expected = MotionModel.load(folder / "model.onnx").sample(["walk", "jump"], frames=130, count=2, seed=5)
+    expected = MotionModel.load(folder / "model.onnx").sample(
+        ["walk", "jump"], frames=130, count=2, seed=5
+    )
     assert np.abs(made.joints - expected.joints).max() < 1e-4
     assert made.joint_names == expected.joint_names
-    run(empty, "sample.py", "model.onnx", "--action", "sit", "--frames", "20", "--bone-scale", "1.2", "--out", "m.bvh")
+    run(
+        empty,
+        "sample.py",
+        "model.onnx",
+        "--action",
+        "sit",
+        "--frames",
+        "20",
+        "--bone-scale",
+        "1.2",
+        "--out",
+        "m.bvh",
+    )
     from a2v.formats.bvh import read_bvh
 
     motion = read_bvh(folder / "m.bvh")
     expected = MotionModel.load(folder / "model.onnx").sample("sit", frames=20, bone_scale=1.2)
     order = [motion.joint_names.index(name) for name in expected.joint_names]
-    assert np.abs((motion.joints[:, order] - motion.joints[0, order[0]]) - (expected.joints - expected.joints[0, 0])).max() < 1e-3
+    assert (
+        np.abs(
+            (motion.joints[:, order] - motion.joints[0, order[0]])
+            - (expected.joints - expected.joints[0, 0])
+        ).max()
+        < 1e-3
+    )
 
 
 def test_bad_input_is_one_line(empty):
-    said = run(empty, "sample.py", "model.onnx", "--action", "wlak", "--out", "x.npz", code=2).stderr
+    said = run(
+        empty, "sample.py", "model.onnx", "--action", "wlak", "--out", "x.npz", code=2
+    ).stderr
     assert "did you mean walk" in said
     assert said.count("\n") == 1

@@ -29,10 +29,14 @@ SCRIPT = Path(sample_script.__file__)
 
 VARIANTS = [VAESettings(decoder=name, hidden_size=32, latent_size=6) for name in DECODERS]
 VARIANTS += [dataclasses.replace(VARIANTS[0], roots="relative")]
-VARIANTS += [dataclasses.replace(item, roots="relative", root_rotation=True) for item in VARIANTS[1:4]]
+VARIANTS += [
+    dataclasses.replace(item, roots="relative", root_rotation=True) for item in VARIANTS[1:4]
+]
 
 
-@pytest.fixture(scope="module", params=VARIANTS, ids=lambda item: item.decoder + " relative" * item.relative)
+@pytest.fixture(
+    scope="module", params=VARIANTS, ids=lambda item: item.decoder + " relative" * item.relative
+)
 def exported(request, tmp_path_factory):
     dataset = waving()
     torch.manual_seed(3)
@@ -50,7 +54,9 @@ def test_onnx_equals_pytorch_on_the_same_noise(exported, batch, frames):
     actions = rng.integers(0, 2, (batch, frames))
     lengths = rng.uniform(0.1, 0.5, (batch, 20)).astype(np.float32)
     joints, _ = onnx_model.sampler.run(actions, noise=noise, lengths=lengths)
-    expected = model.sample(torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)).joints.numpy()
+    expected = model.sample(
+        torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)
+    ).joints.numpy()
     assert np.abs(joints - expected).max() < 1e-4
 
 
@@ -60,7 +66,9 @@ def test_the_loop_repeats_nothing_that_the_weights_alone_decide(exported):
     body = scan.attribute[[item.name for item in scan.attribute].index("body")].g
     varying = {item.name for item in body.input} | {"lengths"}
     for node in body.node:
-        assert varying.intersection(node.input), f"{node.op_type} of {list(node.input)} is the same for every frame"
+        assert varying.intersection(node.input), (
+            f"{node.op_type} of {list(node.input)} is the same for every frame"
+        )
         varying.update(node.output)
 
 
@@ -68,7 +76,10 @@ def test_the_loop_repeats_nothing_that_the_weights_alone_decide(exported):
 def test_a_cooled_prior_takes_a_share_of_the_noise(exported, temperature):
     model, _ = exported
     rng = np.random.default_rng(0)
-    noise, lengths = torch.from_numpy(rng.standard_normal((3, 9, 6), dtype=np.float32)), torch.full((3, 20), 0.3)
+    noise, lengths = (
+        torch.from_numpy(rng.standard_normal((3, 9, 6), dtype=np.float32)),
+        torch.full((3, 20), 0.3),
+    )
     actions = torch.eye(2)[torch.zeros(3, 9, dtype=torch.long)]
     with torch.no_grad():
         cold = cool(model, temperature).sample(actions, lengths, noise).joints
@@ -88,11 +99,16 @@ def test_frames_one_by_one_equal_the_whole_clip(exported):
         "actions": np.array([[0] * 12, [1] * 12]),
         "time": np.tile(np.linspace(0.1, 1, 12, dtype=np.float32), (2, 1)),
     }
-    whole = session.run(["joints"], model.sampler.initial_states(2) | feed | {"bone_lengths": lengths})[0]
+    whole = session.run(
+        ["joints"], model.sampler.initial_states(2) | feed | {"bone_lengths": lengths}
+    )[0]
     states = model.sampler.initial_states(2)
     for t in range(12):
         names = ["joints", *(f"last_{name}" for name in states)]
-        frame, *new = session.run(names, states | {k: v[:, t : t + 1] for k, v in feed.items()} | {"bone_lengths": lengths})
+        frame, *new = session.run(
+            names,
+            states | {k: v[:, t : t + 1] for k, v in feed.items()} | {"bone_lengths": lengths},
+        )
         states = dict(zip(states, new, strict=True))
         assert np.abs(frame[:, 0] - whole[:, t]).max() < 1e-5
 
@@ -101,18 +117,27 @@ def test_sampled_motion_is_consistent(exported):
     _, model = exported
     motion = model.sample("slow", frames=15, count=3, seed=7)
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
-    again = forward_kinematics(motion.rotations, motion.root, bone_lengths(motion.joints, skeleton), skeleton)
+    again = forward_kinematics(
+        motion.rotations, motion.root, bone_lengths(motion.joints, skeleton), skeleton
+    )
     assert np.abs(again - motion.joints).max() < 1e-5
     assert np.allclose(motion.joints[..., 1].min(axis=(1, 2)), 0, atol=1e-6)
     assert np.allclose(motion.joints[:, 0, 0, [0, 2]], 0, atol=1e-6)
     assert np.array_equal(motion.joints, model.sample("slow", frames=15, count=3, seed=7).joints)
-    assert not np.array_equal(motion.joints, model.sample("slow", frames=15, count=3, seed=8).joints)
-    assert not np.array_equal(motion.joints, model.sample("fast", frames=15, count=3, seed=7).joints)
+    assert not np.array_equal(
+        motion.joints, model.sample("slow", frames=15, count=3, seed=8).joints
+    )
+    assert not np.array_equal(
+        motion.joints, model.sample("fast", frames=15, count=3, seed=7).joints
+    )
 
 
 def test_a_transition_changes_the_action_on_the_way(exported):
     _, model = exported
-    one, two = model.sample("slow", frames=20, seed=1), model.sample(["slow", "fast"], frames=20, seed=1)
+    one, two = (
+        model.sample("slow", frames=20, seed=1),
+        model.sample(["slow", "fast"], frames=20, seed=1),
+    )
     assert np.abs(one.joints - one.joints[0, 0] - two.joints + two.joints[0, 0])[:10].max() < 1e-5
     assert np.abs(one.joints - two.joints)[10:].max() > 1e-4
     assert two.action == "slow,fast"
@@ -123,11 +148,16 @@ def test_bone_scale_scales_the_bones(exported):
     if model.settings.decoder == "plain":
         pytest.skip("the plain decoder has no bone lengths to scale")
     skeleton = model.skeleton
-    base, large = (bone_lengths(onnx_model.sample("slow", frames=5, bone_scale=s).joints, skeleton) for s in (1.0, 1.5))
+    base, large = (
+        bone_lengths(onnx_model.sample("slow", frames=5, bone_scale=s).joints, skeleton)
+        for s in (1.0, 1.5)
+    )
     assert np.allclose(large, 1.5 * base, atol=1e-5)
 
 
-@pytest.mark.parametrize(("action", "message"), [("slwo", "did you mean slow"), ("zzz", "it knows slow, fast")])
+@pytest.mark.parametrize(
+    ("action", "message"), [("slwo", "did you mean slow"), ("zzz", "it knows slow, fast")]
+)
 def test_unknown_actions_name_the_nearest(exported, action, message):
     with pytest.raises(InputError, match=message):
         exported[1].sample(action)
@@ -160,8 +190,13 @@ def test_the_script_gives_the_same_motion_and_needs_nothing_of_the_project(expor
         "--out",
         "m.npz",
     ]
-    subprocess.run(command, cwd=tmp_path, check=True, env={"PYTHONPATH": str(SCRIPT.parent), "PATH": ""})
-    written, expected = Motion.load(tmp_path / "m.npz"), model.sample("fast", frames=9, count=2, seed=4)
+    subprocess.run(
+        command, cwd=tmp_path, check=True, env={"PYTHONPATH": str(SCRIPT.parent), "PATH": ""}
+    )
+    written, expected = (
+        Motion.load(tmp_path / "m.npz"),
+        model.sample("fast", frames=9, count=2, seed=4),
+    )
     assert np.abs(written.joints - expected.joints).max() < 1e-6
     assert (written.action, written.seed, written.joint_names) == ("fast", 4, expected.joint_names)
 
@@ -170,13 +205,20 @@ def test_the_script_writes_bvh_whose_joints_are_the_motion(exported, tmp_path):
     from a2v.formats.bvh import read_bvh
 
     _, model = exported
-    assert sample_script.main([str(model.path), "--action", "slow", "--frames", "6", "--out", str(tmp_path / "m.bvh")]) == 0
+    assert (
+        sample_script.main(
+            [str(model.path), "--action", "slow", "--frames", "6", "--out", str(tmp_path / "m.bvh")]
+        )
+        == 0
+    )
     motion, expected = read_bvh(tmp_path / "m.bvh"), model.sample("slow", frames=6)
     assert set(motion.joint_names) == set(expected.joint_names)
     order = [motion.joint_names.index(name) for name in expected.joint_names]
     got, want = motion.joints[:, order], expected.joints
     bones_change = model.card.decoder == "plain"  # a BVH has one set of offsets
-    assert np.abs((got - got[0, 0]) - (want - want[0, 0]))[: 1 if bones_change else None].max() < 1e-3
+    assert (
+        np.abs((got - got[0, 0]) - (want - want[0, 0]))[: 1 if bones_change else None].max() < 1e-3
+    )
     assert motion.fps == pytest.approx(expected.fps)
 
 
@@ -187,4 +229,6 @@ def test_the_script_explains_itself(exported, capsys, tmp_path):
     assert sample_script.main([str(model.path), "--action", "slwo", "--out", "x.npz"]) == 2
     assert "did you mean slow" in capsys.readouterr().err
     assert sample_script.main([str(tmp_path / "none.onnx")]) == 2
-    assert json.dumps(sample_script.Model(model.path).metadata)  # plain JSON, so any language reads it
+    assert json.dumps(
+        sample_script.Model(model.path).metadata
+    )  # plain JSON, so any language reads it

@@ -19,7 +19,12 @@ FLOW = WEIGHTS / "motion_cmu_fine.onnx"
 
 
 def window(model: MotionModel, noise: np.ndarray) -> np.ndarray:
-    made = model.sampler.run(np.array([3, 70]), active=np.ones(2), noise=noise, lengths=np.tile(model.bone_lengths, (2, 1)))  # type: ignore[call-arg]
+    made = model.sampler.run(
+        np.array([3, 70]),
+        active=np.ones(2),
+        noise=noise,
+        lengths=np.tile(model.bone_lengths, (2, 1)),
+    )  # type: ignore[call-arg]
     return np.asarray(made[0])
 
 
@@ -30,13 +35,19 @@ def test_a_retuned_flow_is_the_same_under_another_noise_and_push(tmp_path: Path)
     before = said["guidance"], said["temperature"]
     retune(FLOW, tmp_path / "cold.onnx", guidance=before[0], temperature=0.5)
     cold = MotionModel.load(tmp_path / "cold.onnx")
-    np.testing.assert_allclose(window(cold, noise * before[1] / 0.5), window(model, noise), atol=1e-3)
+    np.testing.assert_allclose(
+        window(cold, noise * before[1] / 0.5), window(model, noise), atol=1e-3
+    )
     assert np.abs(window(cold, noise) - window(model, noise)).max() > 0.01
     retune(FLOW, tmp_path / "pushed.onnx", guidance=6, temperature=before[1])
     pushed = MotionModel.load(tmp_path / "pushed.onnx")
     assert np.abs(window(pushed, noise) - window(model, noise)).max() > 0.01
-    retune(tmp_path / "pushed.onnx", tmp_path / "back.onnx", guidance=before[0], temperature=before[1])
-    np.testing.assert_allclose(window(MotionModel.load(tmp_path / "back.onnx"), noise), window(model, noise), atol=1e-5)
+    retune(
+        tmp_path / "pushed.onnx", tmp_path / "back.onnx", guidance=before[0], temperature=before[1]
+    )
+    np.testing.assert_allclose(
+        window(MotionModel.load(tmp_path / "back.onnx"), noise), window(model, noise), atol=1e-5
+    )
     assert json.loads(onnx.load(tmp_path / "back.onnx").metadata_props[0].value) == said
 
 
@@ -45,8 +56,15 @@ def test_actions_have_temperatures_of_their_own(tmp_path: Path) -> None:
     noise = np.random.default_rng(0).standard_normal((2, 384), dtype=np.float32)
     settings = {"guidance": said["guidance"], "temperature": said["temperature"]}
     retune(FLOW, tmp_path / "plain.onnx", **settings, factors={})
-    retune(tmp_path / "plain.onnx", tmp_path / "own.onnx", **settings, factors={said["actions"][70]: 1.5})
-    plain, own = (window(MotionModel.load(tmp_path / f"{name}.onnx"), noise) for name in ("plain", "own"))
+    retune(
+        tmp_path / "plain.onnx",
+        tmp_path / "own.onnx",
+        **settings,
+        factors={said["actions"][70]: 1.5},
+    )
+    plain, own = (
+        window(MotionModel.load(tmp_path / f"{name}.onnx"), noise) for name in ("plain", "own")
+    )
     np.testing.assert_allclose(own[0], plain[0], atol=1e-5)
     assert np.abs(own[1] - plain[1]).max() > 0.01
     louder = window(MotionModel.load(tmp_path / "plain.onnx"), noise * np.float32([[1.0], [1.5]]))

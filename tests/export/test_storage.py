@@ -11,7 +11,8 @@ from a2v.tracing import to_onnx
 
 
 class Halves(nn.Module):
-    """Cuts twice its input in two: by `chunk`, which fixes the length, or by a shape that leaves it free."""
+    """Cuts twice its input in two: by `chunk`, which fixes the length, or by a shape that leaves it
+    free."""
 
     def __init__(self, fixed: bool) -> None:
         super().__init__()
@@ -26,7 +27,9 @@ class Halves(nn.Module):
 
 def trace(fixed: bool) -> onnx.ModelProto:
     """A graph with a free batch."""
-    return to_onnx(Halves(fixed), (torch.randn(2, 3),), ["x"], ["y"], [{0: torch.export.Dim("batch", min=1)}])
+    return to_onnx(
+        Halves(fixed), (torch.randn(2, 3),), ["x"], ["y"], [{0: torch.export.Dim("batch", min=1)}]
+    )
 
 
 def test_a_fixed_length_is_refused():
@@ -36,7 +39,9 @@ def test_a_fixed_length_is_refused():
 
 def test_a_free_length_stays_free_and_nothing_is_said_of_folding(caplog):
     graph = trace(fixed=False).graph
-    assert [dim.dim_param or dim.dim_value for dim in graph.input[0].type.tensor_type.shape.dim] == ["batch", 3]
+    assert [
+        dim.dim_param or dim.dim_value for dim in graph.input[0].type.tensor_type.shape.dim
+    ] == ["batch", 3]
     assert not [record for record in caplog.records if "constant folding" in record.message]
 
 
@@ -55,6 +60,12 @@ def test_weights_are_only_folded_below_the_limit():
             return x @ (self.layer[1].weight @ self.layer[0].weight).T
 
     sizes = [{0: torch.export.Dim("batch", min=1)}]
-    large, small = (to_onnx(Joined(), (torch.randn(2, 40),), ["x"], ["y"], sizes, fold_below=limit) for limit in (1024, 10_000))
-    products = [sum(node.op_type in ("MatMul", "Gemm") for node in proto.graph.node) for proto in (large, small)]
+    large, small = (
+        to_onnx(Joined(), (torch.randn(2, 40),), ["x"], ["y"], sizes, fold_below=limit)
+        for limit in (1024, 10_000)
+    )
+    products = [
+        sum(node.op_type in ("MatMul", "Gemm") for node in proto.graph.node)
+        for proto in (large, small)
+    ]
     assert products == [2, 1]

@@ -14,9 +14,14 @@ from tests.support.footage import QUICK, picture, write_clip
 
 @pytest.fixture(scope="session")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A second of the sample person, who goes to the right of the picture in uneven steps of time."""
+    """A second of the sample person, who goes to the right of the picture in uneven steps of
+    time."""
     times = [0.05 * index + (0.02 if index % 3 == 1 else 0.0) for index in range(20)]
-    return write_clip(tmp_path_factory.mktemp("clip") / "walk.mp4", [picture(110 + 100 * time) for time in times], times)
+    return write_clip(
+        tmp_path_factory.mktemp("clip") / "walk.mp4",
+        [picture(110 + 100 * time) for time in times],
+        times,
+    )
 
 
 @pytest.fixture(scope="session")
@@ -25,7 +30,13 @@ def found(clip: Path) -> tuple[Followed, Moves]:
     kept: list[Moves] = []
     with pytest.MonkeyPatch.context() as patch:
         plain = follow._motion
-        patch.setattr(follow, "_motion", lambda moves, track, *, action: kept.append(moves) or plain(moves, track, action=action))
+        patch.setattr(
+            follow,
+            "_motion",
+            lambda moves, track, *, action: (
+                kept.append(moves) or plain(moves, track, action=action)
+            ),
+        )
         made = follow.follow_person(clip, QUICK)
     return made, kept[0]
 

@@ -27,17 +27,27 @@ def test_landmarks_and_joints_are_the_models_own():
         rotmats = rotvec_to_rotmat(space.rotvecs(angles[pose]))
         rotmats[0] = root[pose]
         state = model.forward(rotmats, shape, place[pose])
-        assert torch.allclose(figure.landmarks(turns, heads)[pose], model.landmarks(state), atol=1e-6)
+        assert torch.allclose(
+            figure.landmarks(turns, heads)[pose], model.landmarks(state), atol=1e-6
+        )
         for name in ("left_wrist", "right_foot", "left_hand", "spine2"):
             bone = next(bone for own, _, bone in JOINTS if own == name)
-            assert torch.allclose(figure.joints(turns, heads)[pose, NAMES.index(name)], state.joints[model.bone(bone)], atol=1e-6)
+            assert torch.allclose(
+                figure.joints(turns, heads)[pose, NAMES.index(name)],
+                state.joints[model.bone(bone)],
+                atol=1e-6,
+            )
 
 
 def test_a_forearm_that_jumps_to_the_back_for_a_frame_stays_in_front():
     frames, height = 20, 200.0
     points, pixels = np.zeros((frames, 33, 3)), np.zeros((frames, 33, 2))
-    shoulder, elbow, wrist = (LANDMARK_INDEX[f"left_{name}"] for name in ("shoulder", "elbow", "wrist"))
-    upper, lower = (1.7 * LIMBS_BY_HEIGHT[pair] for pair in (("shoulder", "elbow"), ("elbow", "wrist")))
+    shoulder, elbow, wrist = (
+        LANDMARK_INDEX[f"left_{name}"] for name in ("shoulder", "elbow", "wrist")
+    )
+    upper, lower = (
+        1.7 * LIMBS_BY_HEIGHT[pair] for pair in (("shoulder", "elbow"), ("elbow", "wrist"))
+    )
     points[:, elbow] = points[:, shoulder] + [0, -upper, 0]
     points[:, wrist] = points[:, elbow] + [0, 0.3 * lower, 0.9 * lower]
     pixels[:] = points[..., :2] * [1, -1] * height / 1.7
@@ -46,7 +56,9 @@ def test_a_forearm_that_jumps_to_the_back_for_a_frame_stays_in_front():
     times = np.arange(frames) / 30
     found = steady_depths(jumped, pixels, np.full(frames, height), times, np.ones((frames, 33)))
     assert np.allclose(found[..., wrist, 2], points[..., wrist, 2], atol=1e-6)
-    assert np.allclose(steady_depths(points, pixels, np.full(frames, height), times, np.ones((frames, 33))), points)
+    assert np.allclose(
+        steady_depths(points, pixels, np.full(frames, height), times, np.ones((frames, 33))), points
+    )
 
 
 def test_the_preconditioner_undoes_the_stiffness():

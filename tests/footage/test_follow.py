@@ -34,15 +34,24 @@ def test_it_is_one_body_on_the_ground_that_faces_the_camera(followed):
     lengths = bone_lengths(motion.joints.astype(np.float64), person_skeleton())
     assert np.ptp(lengths, axis=0).max() < 2e-3
     names = motion.joint_names
-    assert abs(motion.joints[:, [names.index("left_foot"), names.index("right_foot")], 1].min()) < 0.06
+    assert (
+        abs(motion.joints[:, [names.index("left_foot"), names.index("right_foot")], 1].min()) < 0.06
+    )
     assert 1.4 < motion.joints[:, names.index("head_top"), 1].mean() < 1.85
-    across = motion.joints[:, names.index("left_shoulder")] - motion.joints[:, names.index("right_shoulder")]
+    across = (
+        motion.joints[:, names.index("left_shoulder")]
+        - motion.joints[:, names.index("right_shoulder")]
+    )
     assert (across[:, 0] > 0.2).all()
     assert not missing_joints(canonical_joints(names, list(PARENTS)))
 
 
 def test_a_second_shot_and_a_person_who_leaves_are_said(tmp_path):
-    images = [picture(120 + 2 * index) for index in range(12)] + [picture(None)] * 8 + [picture(200, wall=7)] * 7
+    images = (
+        [picture(120 + 2 * index) for index in range(12)]
+        + [picture(None)] * 8
+        + [picture(200, wall=7)] * 7
+    )
     found = follow_person(write_clip(tmp_path / "cut.mp4", images), QUICK)
     said = " ".join(found.remarks)
     assert "cut at 0:01.3" in said
@@ -50,7 +59,9 @@ def test_a_second_shot_and_a_person_who_leaves_are_said(tmp_path):
 
 
 def test_of_two_the_larger_is_followed_and_it_is_said(tmp_path):
-    path = write_clip(tmp_path / "two.mp4", [picture(100 + index, others=(260,)) for index in range(8)])
+    path = write_clip(
+        tmp_path / "two.mp4", [picture(100 + index, others=(260,)) for index in range(8)]
+    )
     found = follow_person(path, QUICK)
     assert "2 people" in " ".join(found.remarks)
     with pytest.raises(InputError, match=r"follow\.person is 3"):
@@ -74,4 +85,9 @@ def test_even_times_keep_what_is_linear():
 
 
 def test_times_are_written_as_clocks():
-    assert [clock(value) for value in (0, 3.24, 59.96, 125)] == ["0:00.0", "0:03.2", "1:00.0", "2:05.0"]
+    assert [clock(value) for value in (0, 3.24, 59.96, 125)] == [
+        "0:00.0",
+        "0:03.2",
+        "1:00.0",
+        "2:05.0",
+    ]

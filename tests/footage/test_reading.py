@@ -56,7 +56,12 @@ def test_damage_in_the_middle_is_left_out(tmp_path, clip):
 
 @pytest.mark.parametrize(
     ("content", "says"),
-    [(b"", "no video"), (b"hello" * 100, "no video"), (b"#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\n/etc/passwd\n", "no video"), (None, "does not exist")],
+    [
+        (b"", "no video"),
+        (b"hello" * 100, "no video"),
+        (b"#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\n/etc/passwd\n", "no video"),
+        (None, "does not exist"),
+    ],
 )
 def test_what_is_no_video_is_said_in_one_sentence(tmp_path, content, says):
     path = tmp_path / "a.mp4"

@@ -11,10 +11,20 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def python_with(*modules: str) -> str:
-    """A Python with bpy and what else is named: $A2V_BLENDER_PYTHON, this one, or build/bpy's; the test is skipped without one."""
-    for python in (os.environ.get("A2V_BLENDER_PYTHON"), sys.executable, str(ROOT / "build" / "bpy" / "bin" / "python")):
+    """A Python with bpy and what else is named: $A2V_BLENDER_PYTHON, this one, or build/bpy's; the
+    test is skipped without one."""
+    for python in (
+        os.environ.get("A2V_BLENDER_PYTHON"),
+        sys.executable,
+        str(ROOT / "build" / "bpy" / "bin" / "python"),
+    ):
         if python and Path(python).exists():
-            done = subprocess.run([python, "-c", f"import {', '.join(modules)}"], capture_output=True, timeout=120, check=False)
+            done = subprocess.run(
+                [python, "-c", f"import {', '.join(modules)}"],
+                capture_output=True,
+                timeout=120,
+                check=False,
+            )
             if done.returncode == 0:
                 return python
     pytest.skip(

@@ -1,4 +1,5 @@
-"""Run by a Python that has bpy: opens animated characters and says, as JSON, where it sees their bones. Imports nothing of a2v.
+"""Run by a Python that has bpy: opens animated characters and says, as JSON, where it sees their
+bones. Imports nothing of a2v.
 
 python look_at_rigs_in_blender.py FPS FRAME,FRAME FILE...
 """
@@ -14,18 +15,24 @@ OPENED_BY = {
     ".glb": bpy.ops.import_scene.gltf,
     ".fbx": bpy.ops.import_scene.fbx,
     ".usdc": bpy.ops.wm.usd_import,
-    ".bvh": lambda filepath: bpy.ops.import_anim.bvh(filepath=filepath, axis_forward="-Z", axis_up="Y", global_scale=0.01),
+    ".bvh": lambda filepath: bpy.ops.import_anim.bvh(
+        filepath=filepath, axis_forward="-Z", axis_up="Y", global_scale=0.01
+    ),
 }
 told = {}
 READ = [(file, OPENED_BY[Path(file).suffix], file) for file in files]
-READ += [(file, bpy.ops.wm.fbx_import, f"{file} anew") for file in files if file.endswith(".fbx")]  # Blender has two importers of FBX
+READ += [
+    (file, bpy.ops.wm.fbx_import, f"{file} anew") for file in files if file.endswith(".fbx")
+]  # Blender has two importers of FBX
 for file, operator, name in READ:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.render.fps = round(fps)
     operator(filepath=file)
     (armature,) = (item for item in bpy.context.scene.objects if item.type == "ARMATURE")
     (action,) = (
-        one for one in bpy.data.actions if one.name.split("|")[0] != "expressions" and armature.animation_data.action in (one, None)
+        one
+        for one in bpy.data.actions
+        if one.name.split("|")[0] != "expressions" and armature.animation_data.action in (one, None)
     )
     for track in armature.animation_data.nla_tracks:
         track.mute = True

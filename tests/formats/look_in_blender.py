@@ -1,4 +1,5 @@
-"""Run by a Python that has bpy: opens a GLB, a BVH and an FBX and says, as JSON, what Blender sees. Imports nothing of a2v.
+"""Run by a Python that has bpy: opens a GLB, a BVH and an FBX and says, as JSON, what Blender sees.
+Imports nothing of a2v.
 
 python look_in_blender.py character.glb motion.bvh character.fbx FPS BONE,BONE FRAME,FRAME
 
@@ -44,7 +45,10 @@ def shapes(meshes):
     for mesh in meshes:
         scale = mesh.matrix_world.to_scale()[0]
         for key in mesh.data.shape_keys.key_blocks[1:] if mesh.data.shape_keys else []:
-            far = max((a.co - b.co).length for a, b in zip(key.data, mesh.data.shape_keys.key_blocks[0].data, strict=True))
+            far = max(
+                (a.co - b.co).length
+                for a, b in zip(key.data, mesh.data.shape_keys.key_blocks[0].data, strict=True)
+            )
             found[key.name] = max(found.get(key.name, 0.0), scale * far)
     return found
 
@@ -53,12 +57,22 @@ def curves(action):
     """The curves of an action, which Blender 5 keeps by slots."""
     if hasattr(action, "fcurves"):
         return list(action.fcurves)
-    return [curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves]
+    return [
+        curve
+        for layer in action.layers
+        for strip in layer.strips
+        for bag in strip.channelbags
+        for curve in bag.fcurves
+    ]
 
 
 told = {}
 armature = opened(bpy.ops.import_scene.gltf, filepath=glb)
-meshes = [item for item in bpy.context.scene.objects if item.type == "MESH" and item.find_armature() is armature]
+meshes = [
+    item
+    for item in bpy.context.scene.objects
+    if item.type == "MESH" and item.find_armature() is armature
+]
 told["glb"] = {
     "bones": len(armature.data.bones),
     "vertices": sum(len(mesh.data.vertices) for mesh in meshes),
@@ -72,12 +86,17 @@ told["glb"] = {
         for key in curve.keyframe_points
     ),
     "clips": {
-        action.name: {"range": list(action.frame_range), "heads": heads(armature, action, round(action.frame_range[0]))}
+        action.name: {
+            "range": list(action.frame_range),
+            "heads": heads(armature, action, round(action.frame_range[0])),
+        }
         for action in bpy.data.actions
         if any(curve.data_path.startswith("pose.") for curve in curves(action))
     },
 }
-armature = opened(bpy.ops.import_anim.bvh, filepath=bvh, axis_forward="-Z", axis_up="Y", global_scale=0.01)  # centimetres
+armature = opened(
+    bpy.ops.import_anim.bvh, filepath=bvh, axis_forward="-Z", axis_up="Y", global_scale=0.01
+)  # centimetres
 (action,) = bpy.data.actions
 told["bvh"] = {
     "bones": len(armature.data.bones),
@@ -87,14 +106,21 @@ told["bvh"] = {
 if fbx != "-":
     armature = opened(bpy.ops.import_scene.fbx, filepath=fbx)
     meshes = [item for item in bpy.context.scene.objects if item.type == "MESH"]
-    actions = [one for one in bpy.data.actions if any(curve.data_path.startswith("pose.") for curve in curves(one))]
+    actions = [
+        one
+        for one in bpy.data.actions
+        if any(curve.data_path.startswith("pose.") for curve in curves(one))
+    ]
     told["fbx"] = {
         "bones": len(armature.data.bones),
         "height": max((mesh.matrix_world @ v.co).z for mesh in meshes for v in mesh.data.vertices),
         "images": len([image for image in bpy.data.images if image.size[0] > 0]),
         "shapes": shapes(meshes),
         "clips": {
-            action.name: {"range": list(action.frame_range), "heads": heads(armature, action, round(action.frame_range[0]))}
+            action.name: {
+                "range": list(action.frame_range),
+                "heads": heads(armature, action, round(action.frame_range[0])),
+            }
             for action in actions
         },
     }

@@ -1,4 +1,5 @@
-"""Run by a Python that has ufbx: writes what it reads in an FBX as JSON. A process of its own: the binding's objects may be freed in the wrong order.
+"""Run by a Python that has ufbx: writes what it reads in an FBX as JSON. A process of its own: the
+binding's objects may be freed in the wrong order.
 
 python look_in_fbx.py file.fbx out.json FPS
 """
@@ -39,16 +40,26 @@ def clip(stack):
     frames = []
     for step in range(count):
         posed = held(scene.evaluate(held(stack.anim), step / 2 / fps))
-        frames.append([transform(held(held(posed.find_node(name)).node_to_world)) for name in bones])
+        frames.append(
+            [transform(held(held(posed.find_node(name)).node_to_world)) for name in bones]
+        )
     anim = held(stack.anim)
-    weights = {channel.name: [channel.evaluate_blend_weight(anim, step / fps) for step in range(count // 2 + 1)] for channel in channels}
+    weights = {
+        channel.name: [
+            channel.evaluate_blend_weight(anim, step / fps) for step in range(count // 2 + 1)
+        ]
+        for channel in channels
+    }
     return {"seconds": stack.time_end - stack.time_begin, "frames": frames, "weights": weights}
 
 
 def shape(channel):
     """Which vertices a blend shape moves, and where to."""
     target = held(channel.target_shape)
-    return [list(held(target.offset_vertices)), [vector(offset) for offset in held(target.position_offsets)]]
+    return [
+        list(held(target.offset_vertices)),
+        [vector(offset) for offset in held(target.position_offsets)],
+    ]
 
 
 axes = held(scene.settings.axes)

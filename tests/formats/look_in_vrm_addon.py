@@ -1,4 +1,5 @@
-"""Run by a Python that has bpy and the VRM add-on (bpy-vrm-format): opens an avatar and a clip and says, as JSON, what it sees. Imports nothing of a2v.
+"""Run by a Python that has bpy and the VRM add-on (bpy-vrm-format): opens an avatar and a clip and
+says, as JSON, what it sees. Imports nothing of a2v.
 
 python look_in_vrm_addon.py avatar.vrm clip.vrma FPS FRAME,FRAME BONE,BONE
 """
@@ -7,9 +8,16 @@ import json
 import sys
 
 import bpy
-from io_scene_vrm.editor.validation import WM_OT_vrm_validator  # what the add-on runs before it exports, and by "Check VRM Model"
+from io_scene_vrm.editor.validation import (
+    WM_OT_vrm_validator,
+)  # what the add-on runs before it exports, and by "Check VRM Model"
 
-avatar, clip, fps, frames, bones = *sys.argv[1:3], float(sys.argv[3]), list(map(int, sys.argv[4].split(","))), sys.argv[5].split(",")
+avatar, clip, fps, frames, bones = (
+    *sys.argv[1:3],
+    float(sys.argv[3]),
+    list(map(int, sys.argv[4].split(","))),
+    sys.argv[5].split(","),
+)
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.preferences.addon_enable(module="io_scene_vrm")
 bpy.context.scene.render.fps = round(fps)
@@ -18,7 +26,11 @@ told = {"read": sorted(bpy.ops.import_scene.vrm(filepath=avatar))}
 bpy.context.view_layer.objects.active = armature
 vrm = armature.data.vrm_addon_extension.vrm1
 humans = {name: getattr(vrm.humanoid.human_bones, name) for name in dir(vrm.humanoid.human_bones)}
-told["bones"] = {name: bone.node.bone_name for name, bone in humans.items() if hasattr(bone, "node") and bone.node.bone_name}
+told["bones"] = {
+    name: bone.node.bone_name
+    for name, bone in humans.items()
+    if hasattr(bone, "node") and bone.node.bone_name
+}
 told["meta"] = {
     "name": vrm.meta.vrm_name,
     "authors": [one.value for one in vrm.meta.authors],
@@ -26,7 +38,8 @@ told["meta"] = {
     "look_at": vrm.look_at.type,
 }
 told["presets"] = {
-    name: len(getattr(vrm.expressions.preset, name).morph_target_binds) for name in ("blink", "blink_left", "happy", "aa", "oh", "look_up")
+    name: len(getattr(vrm.expressions.preset, name).morph_target_binds)
+    for name in ("blink", "blink_left", "happy", "aa", "oh", "look_up")
 }
 told["custom"] = len(vrm.expressions.custom)
 
@@ -42,12 +55,16 @@ class Errors(list):
 found = Errors()
 WM_OT_vrm_validator.detect_errors(bpy.context, found, armature.name)
 told["found"] = [[one.severity, one.message] for one in found]
-told["played"] = sorted(bpy.ops.import_scene.vrma(filepath=clip, armature_object_name=armature.name))
+told["played"] = sorted(
+    bpy.ops.import_scene.vrma(filepath=clip, armature_object_name=armature.name)
+)
 first = bpy.context.scene.frame_start
 told["heads"], told["lid"] = [], []
 for frame in frames:
     bpy.context.scene.frame_set(first + frame)
-    places = [armature.matrix_world @ armature.pose.bones[told["bones"][bone]].head for bone in bones]
+    places = [
+        armature.matrix_world @ armature.pose.bones[told["bones"][bone]].head for bone in bones
+    ]
     told["heads"].append([[point.x, point.z, -point.y] for point in places])
     told["lid"].append(vrm.expressions.preset.blink_left.preview)
 told["frames"] = [bpy.context.scene.frame_start, bpy.context.scene.frame_end]

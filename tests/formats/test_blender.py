@@ -25,26 +25,48 @@ BONES = ("wrist.L", "wrist.R", "head", "foot.L")
 def clips(character: Character, data_dir: Path) -> dict[str, tuple[np.ndarray, float]]:
     folder = data_dir / "motions"
     names = ("cartwheel", "walk")
-    return {name: (retarget(read_motion(folder / f"humanoid3d_{name}.txt", fps=10), character.body), 10.0) for name in names}
+    return {
+        name: (
+            retarget(read_motion(folder / f"humanoid3d_{name}.txt", fps=10), character.body),
+            10.0,
+        )
+        for name in names
+    }
 
 
 @pytest.fixture(scope="module")
 def seen(
-    blender: str, expressive: Character, clips: dict[str, tuple[np.ndarray, float]], tmp_path_factory: pytest.TempPathFactory
+    blender: str,
+    expressive: Character,
+    clips: dict[str, tuple[np.ndarray, float]],
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("blender")
     character, surface = expressive, expressive.surface
     uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
     textured = dataclasses.replace(surface, uv=uv, texture=np.full((32, 32, 3), 128, np.uint8))
     person = dataclasses.replace(character, surface=textured)
-    shut = {"cartwheel": {"eyeBlinkLeft": (np.arange(len(clips["cartwheel"][0])) == 5).astype(np.float32)}}
+    shut = {
+        "cartwheel": {
+            "eyeBlinkLeft": (np.arange(len(clips["cartwheel"][0])) == 5).astype(np.float32)
+        }
+    }
     write_glb(folder / "c.glb", person, clips, expressions=shut)
     filmed = folder / "c.fbx" if fbx.can_write() else "-"
     if filmed != "-":
         write_fbx(folder / "c.fbx", person, clips, expressions=shut)
     write_bvh(folder / "m.bvh", rig_motion(clips["cartwheel"][0], character.body, 10.0))
     script = str(Path(__file__).with_name("look_in_blender.py"))
-    command = [blender, script, str(folder / "c.glb"), str(folder / "m.bvh"), str(filmed), "10", ",".join(BONES), "0,5,12"]
+    command = [
+        blender,
+        script,
+        str(folder / "c.glb"),
+        str(folder / "m.bvh"),
+        str(filmed),
+        "10",
+        ",".join(BONES),
+        "0,5,12",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     lines = [line for line in done.stdout.splitlines() if line.startswith("TOLD ")]
     assert lines, done.stdout[-2000:] + done.stderr[-2000:]
@@ -59,7 +81,10 @@ def ours(character: Character, transforms: np.ndarray) -> np.ndarray:
 
 @pytest.mark.slow
 def test_the_glb_has_our_bones_clips_frames_hands_and_shapes(
-    seen: dict[str, Any], character: Character, expressive: Character, clips: dict[str, tuple[np.ndarray, float]]
+    seen: dict[str, Any],
+    character: Character,
+    expressive: Character,
+    clips: dict[str, tuple[np.ndarray, float]],
 ) -> None:
     told = seen["glb"]
     assert told["bones"] == len(character.body.bone_names)
@@ -81,7 +106,9 @@ def check_shapes(told: dict[str, float], person: Character) -> None:
     assert face is not None
     assert set(told) == set(face.names)
     for name in ("jawOpen", "eyeBlinkLeft"):
-        assert told[name] == pytest.approx(np.linalg.norm(face.target(name)[1], axis=1).max(), rel=1e-3)
+        assert told[name] == pytest.approx(
+            np.linalg.norm(face.target(name)[1], axis=1).max(), rel=1e-3
+        )
 
 
 @pytest.mark.slow
@@ -93,7 +120,9 @@ def test_the_fbx_has_our_height_bones_clips_frames_and_shapes(
     told = seen["fbx"]
     assert told["bones"] == len(expressive.body.bone_names)
     assert told["images"] == 1
-    assert told["height"] == pytest.approx(float(expressive.surface.vertices[:, 1].max()), abs=1e-3)  # centimetres are understood
+    assert told["height"] == pytest.approx(
+        float(expressive.surface.vertices[:, 1].max()), abs=1e-3
+    )  # centimetres are understood
     assert {name for name in clips if any(name in action for action in told["clips"])} == set(clips)
     for action, clip in told["clips"].items():
         moves = next(moves for name, (moves, _) in clips.items() if name in action)

@@ -21,7 +21,11 @@ def test_deepmimic_cartwheel_turns_over(cartwheel: Path) -> None:
 
 def test_broken_deepmimic(tmp_path: Path) -> None:
     path = tmp_path / "m.txt"
-    for text, what in (("{", "truncated"), ("{}", "no 'Frames'"), ('{"Frames": [[1, 2]]}', "frame 0 has 2 numbers; expected 44")):
+    for text, what in (
+        ("{", "truncated"),
+        ("{}", "no 'Frames'"),
+        ('{"Frames": [[1, 2]]}', "frame 0 has 2 numbers; expected 44"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=what):
             read_deepmimic(path)

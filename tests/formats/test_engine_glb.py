@@ -29,7 +29,10 @@ def person(expressive: Character) -> Character:
     height = surface.vertices[surface.faces].mean(axis=1)[:, 1]
     fifth = np.clip(5 * height / height.max(), 0, 4).astype(np.uint8)
     return dataclasses.replace(
-        expressive, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=picture, normal_map=picture, materials=fifth)
+        expressive,
+        surface=dataclasses.replace(
+            surface, uv=uv.astype(np.float32), texture=picture, normal_map=picture, materials=fifth
+        ),
     )
 
 
@@ -41,18 +44,26 @@ def test_materials_and_map_are_valid(person: Character, validator: Path, tmp_pat
     assert [material["name"] for material in file.json["materials"]] == list(MATERIALS)
     assert all("normalTexture" in material for material in file.json["materials"])
     primitives = file.json["meshes"][0]["primitives"]
-    assert sum(len(file.array(primitive["indices"])) for primitive in primitives) == 3 * len(person.surface.faces)
+    assert sum(len(file.array(primitive["indices"])) for primitive in primitives) == 3 * len(
+        person.surface.faces
+    )
     assert all(len(primitive["targets"]) == 52 for primitive in primitives)
     tangents = file.array(primitives[0]["attributes"]["TANGENT"])
     normals = file.array(primitives[0]["attributes"]["NORMAL"])
     np.testing.assert_allclose((tangents[:, :3] * normals).sum(axis=1), 0, atol=1e-4)
     assert set(tangents[:, 3]) <= {-1.0, 1.0}
-    assert file.json["accessors"][primitives[0]["attributes"]["WEIGHTS_0"]]["type"] == "VEC4"  # four bones a vertex
+    assert (
+        file.json["accessors"][primitives[0]["attributes"]["WEIGHTS_0"]]["type"] == "VEC4"
+    )  # four bones a vertex
 
 
 def test_coarser_copies_lie_beside(person: Character, validator: Path, tmp_path: Path) -> None:
     options = EngineOptions(lods="8000,3000")
-    written = options.write(tmp_path / "a.glb", person, lambda path, made, quality: write_glb(path, made, jpeg_quality=quality))
+    written = options.write(
+        tmp_path / "a.glb",
+        person,
+        lambda path, made, quality: write_glb(path, made, jpeg_quality=quality),
+    )
     assert [path.name for path in written] == ["a.glb", "a_lod1.glb", "a_lod2.glb"]
     counts = []
     for path in written:
@@ -68,7 +79,9 @@ def test_coarser_copies_lie_beside(person: Character, validator: Path, tmp_path:
         EngineOptions(lods="8000").check(tmp_path / "a.fbx")
 
 
-def test_without_the_tool_the_command_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_the_tool_the_command_is_told(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(tmp_path))
     with pytest.raises(InputError, match="zip"):
         compress_glb(tmp_path / "a.glb", "zip")
@@ -79,7 +92,9 @@ def test_without_the_tool_the_command_is_told(monkeypatch: pytest.MonkeyPatch, t
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_compressed_files_are_smaller_and_whole(kind: str, person: Character, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_compressed_files_are_smaller_and_whole(
+    kind: str, person: Character, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     if find_node() is None:
         pytest.skip("compression needs node; it is not installed")
     monkeypatch.setenv("A2V_GLTF_TRANSFORM", str(npm_folder("gltf_transform", *PACKAGES.packages)))

@@ -37,9 +37,17 @@ def person(expressive: Character, data_dir: Path) -> Person:
     character, surface = expressive, expressive.surface
     uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
     texture = np.random.default_rng(0).integers(0, 255, (32, 32, 3), dtype=np.uint8)
-    textured = dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv, texture=texture))
+    textured = dataclasses.replace(
+        character, surface=dataclasses.replace(surface, uv=uv, texture=texture)
+    )
     moves = {
-        name: (retarget(read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=FPS), character.body), FPS)
+        name: (
+            retarget(
+                read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=FPS),
+                character.body,
+            ),
+            FPS,
+        )
         for name in ("cartwheel", "walk")
     }
     return prepare_rig(textured, moves, rig="mixamo", visemes="vrchat")
@@ -59,7 +67,13 @@ def packages() -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def path(person: Person, packages: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("fbx") / "person.fbx"
-    write_fbx(target, *person, expressions={"walk": {name: shut[: len(person[1]["walk"][0])] for name, shut in SHUT.items()}})
+    write_fbx(
+        target,
+        *person,
+        expressions={
+            "walk": {name: shut[: len(person[1]["walk"][0])] for name, shut in SHUT.items()}
+        },
+    )
     return target
 
 
@@ -69,7 +83,12 @@ def seen(path: Path) -> dict[str, Any]:
     pytest.importorskip("ufbx")
     out = path.with_suffix(".json")
     script = Path(__file__).with_name("look_in_fbx.py")
-    done = subprocess.run([sys.executable, str(script), str(path), str(out), str(FPS)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, str(script), str(path), str(out), str(FPS)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     told: dict[str, Any] = json.loads(out.read_text())
     return told
@@ -92,7 +111,9 @@ def test_units_axes_and_bones(seen: dict[str, Any], person: Person) -> None:
     for bone, name in enumerate(body.bone_names):
         parent = int(body.bone_parents[bone])
         assert seen["parents"][name] == (body.bone_names[parent] if parent >= 0 else "")
-        np.testing.assert_allclose(transforms(seen["rest"][name]), body.bone_transforms[bone], atol=1e-5)
+        np.testing.assert_allclose(
+            transforms(seen["rest"][name]), body.bone_transforms[bone], atol=1e-5
+        )
 
 
 def test_skin_and_texture(seen: dict[str, Any], person: Person) -> None:
@@ -109,7 +130,9 @@ def test_skin_and_texture(seen: dict[str, Any], person: Person) -> None:
     np.add.at(expected, (np.arange(len(expected))[:, None], character.bones), character.weights)
     np.testing.assert_allclose(weights, expected[source], atol=2e-3)
     assert surface.uv is not None
-    corners = np.array(seen["uv"])[seen["uv_corners"]].reshape(-1, 3, 2)  # v counts from below, as ours
+    corners = np.array(seen["uv"])[seen["uv_corners"]].reshape(
+        -1, 3, 2
+    )  # v counts from below, as ours
     np.testing.assert_allclose(corners, surface.uv, atol=1e-4)
     picture = np.asarray(Image.open(io.BytesIO(bytes.fromhex(seen["texture"]))))
     assert picture.shape == (32, 32, 3)
@@ -131,7 +154,9 @@ def test_clips_move_as_ours(seen: dict[str, Any], person: Person) -> None:
     assert seen["leap"] < 185  # degrees, or centimetres
 
 
-def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(seen: dict[str, Any], person: Person) -> None:
+def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(
+    seen: dict[str, Any], person: Person
+) -> None:
     character = person[0]
     face = character.surface.face
     assert face is not None
@@ -169,13 +194,17 @@ def test_an_fbx_of_others_is_read_with_its_bones_and_skin(foreign: Path, person:
     order = [read.body.bone_names.index(name) for name in names]
     floor = np.eye(4)
     floor[1, 3] = surface.vertices[:, 1].min()
-    np.testing.assert_allclose(floor @ read.body.rest_transforms[order], body.bone_transforms, atol=1e-4)
+    np.testing.assert_allclose(
+        floor @ read.body.rest_transforms[order], body.bone_transforms, atol=1e-4
+    )
     far, _ = cKDTree(read.body.vertices + floor[:3, 3]).query(surface.vertices)
     assert far.max() < 1e-4
     assert len(read.body.vertices) < 1.5 * len(surface.vertices)  # not one per corner of a triangle
 
 
-def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(foreign: Path, path: Path, data_dir: Path, tmp_path: Path) -> None:
+def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(
+    foreign: Path, path: Path, data_dir: Path, tmp_path: Path
+) -> None:
     pytest.importorskip("ufbx")
     motion = data_dir / "motions" / "humanoid3d_walk.txt"
     lengths = LengthOptions(fps=FPS)
@@ -190,16 +219,25 @@ def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(foreign: Path, path
     assert sorted(back.body.bone_names) == sorted(found.body.bone_names)
     out = tmp_path / "out.json"
     script = Path(__file__).with_name("look_in_fbx.py")
-    subprocess.run([sys.executable, str(script), str(tmp_path / "out.fbx"), str(out), str(FPS)], check=True)
+    subprocess.run(
+        [sys.executable, str(script), str(tmp_path / "out.fbx"), str(out), str(FPS)], check=True
+    )
     told = json.loads(out.read_text())
-    assert all(name.startswith("mixamorig:") for name in told["bones"])  # as Mixamo writes them, colons and all
-    moved = transforms(told["clips"]["humanoid3d_walk"]["frames"])[::2, told["bones"].index("mixamorig:Hips"), :3, 3]
+    assert all(
+        name.startswith("mixamorig:") for name in told["bones"]
+    )  # as Mixamo writes them, colons and all
+    moved = transforms(told["clips"]["humanoid3d_walk"]["frames"])[
+        ::2, told["bones"].index("mixamorig:Hips"), :3, 3
+    ]
     assert np.ptp(moved[:, 2]) > 0.5  # she walks, in metres
     assert 0.02 < np.ptp(moved[:, 1]) < 0.3
 
 
 def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
-    for name, data, match in (("text.fbx", b"hello", "is no FBX"), ("cut.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), "cannot read")):
+    for name, data, match in (
+        ("text.fbx", b"hello", "is no FBX"),
+        ("cut.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), "cannot read"),
+    ):
         (tmp_path / name).write_bytes(data)
         with pytest.raises(InputError, match=match):
             fbx_to_glb(tmp_path / name, tmp_path / "out.glb")
@@ -208,7 +246,9 @@ def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out.glb").exists()
 
 
-def test_what_is_missing_or_wrong_is_told(character: Character, packages: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_or_wrong_is_told(
+    character: Character, packages: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     still = character.body.bone_transforms[None]
     with pytest.raises(InputError, match="clip 'a'"):
         write_fbx(tmp_path / "a.fbx", character, {"a": (still[:, :3], 10.0)})

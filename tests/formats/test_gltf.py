@@ -23,14 +23,20 @@ def textured(character: Character) -> Character:
     uv = surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]
     uv[::7] += 0.01  # seams
     texture = random.integers(0, 256, (64, 32, 3), dtype=np.uint8)
-    return dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=texture))
+    return dataclasses.replace(
+        character, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=texture)
+    )
 
 
 @pytest.fixture(scope="module")
 def clips(character: Character, data_dir: Path) -> dict[str, tuple[np.ndarray, float]]:
     folder = data_dir / "motions"
     return {
-        name: (retarget(read_motion(folder / f"humanoid3d_{name}.txt", fps=10), character.body), 10.0) for name in ("walk", "cartwheel")
+        name: (
+            retarget(read_motion(folder / f"humanoid3d_{name}.txt", fps=10), character.body),
+            10.0,
+        )
+        for name in ("walk", "cartwheel")
     }
 
 
@@ -48,19 +54,29 @@ def test_skinned_glb_is_valid_and_moves_like_our_frames(
     assert [a["name"] for a in glb.json["animations"]] == ["walk", "cartwheel"]
     assert len(glb.json["skins"][0]["joints"]) == len(textured.body.bone_names)
     source = np.unique(
-        np.concatenate([textured.surface.faces.reshape(-1, 1), textured.surface.uv.reshape(-1, 2)], axis=1),
+        np.concatenate(
+            [textured.surface.faces.reshape(-1, 1), textured.surface.uv.reshape(-1, 2)], axis=1
+        ),
         axis=0,  # type: ignore[union-attr]
     )[:, 0].astype(int)
     for name, frame in (("walk", 5), ("cartwheel", 12)):
         wanted = deform(textured, clips[name][0][frame])
         got = glb.animated(name, frame)
         assert len(got) == len(source) > len(wanted)
-        order = np.lexsort(np.round(glb.array(glb.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]), 5).T)
+        order = np.lexsort(
+            np.round(
+                glb.array(glb.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]), 5
+            ).T
+        )
         rest = textured.surface.vertices[source]
-        np.testing.assert_allclose(got[order], wanted[source][np.lexsort(np.round(rest, 5).T)], atol=2e-4)
+        np.testing.assert_allclose(
+            got[order], wanted[source][np.lexsort(np.round(rest, 5).T)], atol=2e-4
+        )
 
 
-def test_vertex_colours_without_a_texture(tmp_path: Path, character: Character, validator: Path) -> None:
+def test_vertex_colours_without_a_texture(
+    tmp_path: Path, character: Character, validator: Path
+) -> None:
     write_glb(tmp_path / "c.glb", character)
     report = validate(tmp_path / "c.glb", validator)
     assert report["errors"] == 0, report["messages"]
@@ -82,10 +98,15 @@ def test_texture_is_upright(tmp_path: Path, textured: Character) -> None:
     write_glb(tmp_path / "c.glb", textured, jpeg_quality=0)
     glb = Glb(tmp_path / "c.glb")
     view = glb.json["bufferViews"][glb.json["images"][0]["bufferView"]]
-    image = Image.open(io.BytesIO(glb.blob[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]))
+    image = Image.open(
+        io.BytesIO(glb.blob[view["byteOffset"] : view["byteOffset"] + view["byteLength"]])
+    )
     np.testing.assert_array_equal(np.asarray(image), textured.surface.texture)
     attributes = glb.json["meshes"][0]["primitives"][0]["attributes"]
-    down, height = glb.array(attributes["TEXCOORD_0"])[:, 1], glb.array(attributes["POSITION"])[:, 1]
+    down, height = (
+        glb.array(attributes["TEXCOORD_0"])[:, 1],
+        glb.array(attributes["POSITION"])[:, 1],
+    )
     assert np.corrcoef(down, height)[0, 1] < -0.99  # glTF counts v from the top
 
 
@@ -102,7 +123,9 @@ def test_morph_targets_hold_the_exact_frames(
     base, index = glb.array(primitive["attributes"]["POSITION"]), glb.array(primitive["indices"])
     assert len(primitive["targets"]) == 3
     moved = base + glb.array(primitive["targets"][2]["POSITION"])
-    np.testing.assert_allclose(moved[index], frames[2][textured.surface.faces].reshape(-1, 3), atol=1e-5)
+    np.testing.assert_allclose(
+        moved[index], frames[2][textured.surface.faces].reshape(-1, 3), atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
@@ -142,16 +165,24 @@ def test_bad_clips(tmp_path: Path, character: Character) -> None:
 
 @pytest.mark.parametrize("rig", RIGS)
 def test_every_rig_is_valid_and_moves_like_its_frames(
-    tmp_path: Path, character: Character, clips: dict[str, tuple[np.ndarray, float]], validator: Path, rig: str
+    tmp_path: Path,
+    character: Character,
+    clips: dict[str, tuple[np.ndarray, float]],
+    validator: Path,
+    rig: str,
 ) -> None:
     person, moves = prepare_rig(character, clips, rig=rig, root_motion=True)
     write_glb(tmp_path / "c.glb", person, moves)
     report = validate(tmp_path / "c.glb", validator)
     assert report["errors"] == 0, report["messages"]
     glb = Glb(tmp_path / "c.glb")
-    assert [glb.json["nodes"][joint]["name"] for joint in glb.json["skins"][0]["joints"]] == list(person.body.bone_names)
+    assert [glb.json["nodes"][joint]["name"] for joint in glb.json["skins"][0]["joints"]] == list(
+        person.body.bone_names
+    )
     for name, frame in (("walk", 5), ("cartwheel", 12)):
-        np.testing.assert_allclose(glb.animated(name, frame), deform(person, moves[name][0][frame]), atol=2e-4)
+        np.testing.assert_allclose(
+            glb.animated(name, frame), deform(person, moves[name][0][frame]), atol=2e-4
+        )
 
 
 @pytest.mark.parametrize("form", ["JPEG", "PNG", "WEBP"])
@@ -159,7 +190,11 @@ def test_textures_of_other_programs_are_read(form: str) -> None:
     stream = io.BytesIO()
     Image.fromarray(np.full((4, 6, 3), 120, np.uint8)).save(stream, form)
     binary = stream.getvalue()
-    content = {"images": [{"bufferView": 0}], "bufferViews": [{"buffer": 0, "byteLength": len(binary)}], "buffers": [{"byteLength": len(binary)}]}
+    content = {
+        "images": [{"bufferView": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(binary)}],
+        "buffers": [{"byteLength": len(binary)}],
+    }
     assert np.abs(Gltf(Path("a.glb"), content, binary).image(0).astype(int) - 120).max() <= 1
     with pytest.raises(InputError, match="no readable JPEG, PNG or WebP"):
         Gltf(Path("a.glb"), content, b"GIF89a" + binary[6:]).image(0)

@@ -1,4 +1,5 @@
-"""Characters of others: motions are carried over to their bones, and everything else of their files stays."""
+"""Characters of others: motions are carried over to their bones, and everything else of their files
+stays."""
 
 from __future__ import annotations
 
@@ -33,7 +34,15 @@ def cartwheel_clip(data_dir: Path) -> Motion:
 
 def answered(*words: str) -> Answer:
     """What the command says to a command line."""
-    return command.run(parse(command.Options, words, command="retarget", about=command.HELP, examples=command.EXAMPLES))
+    return command.run(
+        parse(
+            command.Options,
+            words,
+            command="retarget",
+            about=command.HELP,
+            examples=command.EXAMPLES,
+        )
+    )
 
 
 def heads_at(path: Path, clip: int, frame: int) -> dict[str, np.ndarray]:
@@ -47,7 +56,9 @@ def heads_at(path: Path, clip: int, frame: int) -> dict[str, np.ndarray]:
         if "matrix" not in node:
             node[channel["target"]["path"]] = values[frame].tolist()
     world = Gltf(path, {**file.json, "nodes": nodes}, file.binary).node_matrices()[0]
-    return {str(node.get("name", "")): matrix[:3, 3] for node, matrix in zip(nodes, world, strict=True)}
+    return {
+        str(node.get("name", "")): matrix[:3, 3] for node, matrix in zip(nodes, world, strict=True)
+    }
 
 
 def danced(source: Path, motion: Motion, target: Path) -> tuple[Person, np.ndarray]:
@@ -67,8 +78,12 @@ def unchanged(before: Path, after: Path) -> None:
             assert new.json[key] == value, key
 
 
-@pytest.mark.parametrize("rig", ["anny", "mixamo", "unreal", "rigify", "unity", "godot", "talkinghead"])
-def test_known_rigs_move_as_our_own(rig: str, character: Character, cartwheel_clip: Motion, validator: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "rig", ["anny", "mixamo", "unreal", "rigify", "unity", "godot", "talkinghead"]
+)
+def test_known_rigs_move_as_our_own(
+    rig: str, character: Character, cartwheel_clip: Motion, validator: Path, tmp_path: Path
+) -> None:
     made, _ = prepare_rig(character, {}, rig=rig)
     write_glb(tmp_path / "before.glb", made)
     person, moves = danced(tmp_path / "before.glb", cartwheel_clip, tmp_path / "after.glb")
@@ -76,30 +91,52 @@ def test_known_rigs_move_as_our_own(rig: str, character: Character, cartwheel_cl
     report = validate(tmp_path / "after.glb", validator)
     assert report["errors"] == 0, report["messages"]
     ours = retarget(cartwheel_clip, character.body)
-    own, theirs = canonical_joints(character.body.bone_names), canonical_joints(person.body.bone_names)
-    joints = ["left_wrist", "right_wrist", "left_ankle", "right_knee", *(["head"] if "head" in theirs else [])]  # Rigify's is spine.006
+    own, theirs = (
+        canonical_joints(character.body.bone_names),
+        canonical_joints(person.body.bone_names),
+    )
+    joints = [
+        "left_wrist",
+        "right_wrist",
+        "left_ankle",
+        "right_knee",
+        *(["head"] if "head" in theirs else []),
+    ]  # Rigify's is spine.006
     for frame in (0, 5, 9):
         shown = heads_at(tmp_path / "after.glb", 0, frame)
         for joint in joints:
             place = shown[person.body.bone_names[theirs[joint]]] - [0, person.floor, 0]
-            np.testing.assert_allclose(place, moves[frame, theirs[joint], :3, 3], atol=2e-4)  # the file shows what was made
-            assert np.linalg.norm(place - ours[frame, own[joint], :3, 3]) < 0.06, (joint, frame)  # and that is the motion
+            np.testing.assert_allclose(
+                place, moves[frame, theirs[joint], :3, 3], atol=2e-4
+            )  # the file shows what was made
+            assert np.linalg.norm(place - ours[frame, own[joint], :3, 3]) < 0.06, (
+                joint,
+                frame,
+            )  # and that is the motion
 
 
-def test_a_strangers_avatar_walks_on_the_ground(data_dir: Path, cartwheel_clip: Motion, tmp_path: Path) -> None:
+def test_a_strangers_avatar_walks_on_the_ground(
+    data_dir: Path, cartwheel_clip: Motion, tmp_path: Path
+) -> None:
     """Of the VALID library: centimetres, a turned armature, four meshes with skins of their own."""
     source = data_dir / "avatars" / "Asian_F_2_Casual.glb"
     person, moves = danced(source, cartwheel_clip, tmp_path / "after.glb")
     unchanged(source, tmp_path / "after.glb")
     assert 1.4 < float(np.ptp(person.body.vertices[:, 1])) < 2.1
     rest = person.body.rest_transforms.astype(np.float64)
-    skin = np.concatenate([person.body.vertices, np.ones((len(person.body.vertices), 1), np.float32)], axis=1)[::7]
-    blended = np.einsum("vb,tbac->tvac", person.body.weights[::7].astype(np.float64), moves @ np.linalg.inv(rest))
+    skin = np.concatenate(
+        [person.body.vertices, np.ones((len(person.body.vertices), 1), np.float32)], axis=1
+    )[::7]
+    blended = np.einsum(
+        "vb,tbac->tvac", person.body.weights[::7].astype(np.float64), moves @ np.linalg.inv(rest)
+    )
     posed = np.einsum("tvac,vc->tva", blended, skin)
     low = posed[..., 1].min(axis=1)
     assert low.min() > -0.03  # soles are not in the ground
     assert np.median(np.abs(low)) < 0.02  # and stand on it
-    stretched = np.linalg.norm(np.diff(posed, axis=1), axis=-1) / np.maximum(np.linalg.norm(np.diff(skin[:, :3], axis=0), axis=-1), 0.02)
+    stretched = np.linalg.norm(np.diff(posed, axis=1), axis=-1) / np.maximum(
+        np.linalg.norm(np.diff(skin[:, :3], axis=0), axis=-1), 0.02
+    )
     assert np.quantile(stretched, 0.999) < 3  # nothing is torn
     bones = canonical_joints(person.body.bone_names, person.body.bone_parents.tolist())
     first, last = (heads_at(tmp_path / "after.glb", 0, frame) for frame in (0, 9))
@@ -110,7 +147,9 @@ def test_a_strangers_avatar_walks_on_the_ground(data_dir: Path, cartwheel_clip: 
 
 
 @pytest.mark.parametrize("edition", ["1.0", "0.x"])
-def test_vrm_says_itself_which_bone_is_which(edition: str, character: Character, cartwheel_clip: Motion, tmp_path: Path) -> None:
+def test_vrm_says_itself_which_bone_is_which(
+    edition: str, character: Character, cartwheel_clip: Motion, tmp_path: Path
+) -> None:
     made, _ = prepare_rig(character, {}, rig="vrm")
     write_vrm(tmp_path / "named.vrm", made, dataclasses.replace(META, edition=edition))
     file = read_glb(tmp_path / "named.vrm")
@@ -126,18 +165,38 @@ def test_vrm_says_itself_which_bone_is_which(edition: str, character: Character,
         shown = heads_at(tmp_path / "after.vrm", 0, frame)
         for joint in ("left_wrist", "right_ankle"):
             place = shown[f"J_Bip_{person.nodes[bones[joint]]}"] - [0, person.floor, 0]
-            np.testing.assert_allclose(place, moves[frame, bones[joint], :3, 3] * [ahead, 1, ahead], atol=2e-4)
+            np.testing.assert_allclose(
+                place, moves[frame, bones[joint], :3, 3] * [ahead, 1, ahead], atol=2e-4
+            )
 
 
 def test_the_command_adds_what_is_asked_for(data_dir: Path, tmp_path: Path) -> None:
     source, out = str(data_dir / "avatars" / "Asian_F_2_Casual.glb"), tmp_path / "new.glb"
     walk = str(data_dir / "motions" / "humanoid3d_walk.txt")
-    answer = answered("--character", source, "--actions", "Walk", "--motions", walk, "--frames", "12", "--out", str(out))
+    answer = answered(
+        "--character",
+        source,
+        "--actions",
+        "Walk",
+        "--motions",
+        walk,
+        "--frames",
+        "12",
+        "--out",
+        str(out),
+    )
     assert answer.files == [out]
-    assert [clip["name"] for clip in read_glb(out).json["animations"]] == ["Walk", "humanoid3d_walk"]
+    assert [clip["name"] for clip in read_glb(out).json["animations"]] == [
+        "Walk",
+        "humanoid3d_walk",
+    ]
     again = tmp_path / "again.glb"
     answered("--character", str(out), "--action", "Walk", "--frames", "12", "--out", str(again))
-    assert [clip["name"] for clip in read_glb(again).json["animations"]] == ["Walk", "humanoid3d_walk", "Walk_2"]
+    assert [clip["name"] for clip in read_glb(again).json["animations"]] == [
+        "Walk",
+        "humanoid3d_walk",
+        "Walk_2",
+    ]
     with pytest.raises(InputError, match=r"same kind as a\.fbx"):
         answered("--character", "a.fbx", "--action", "Walk", "--out", str(again))
     with pytest.raises(InputError, match=r"no motion asked for"):

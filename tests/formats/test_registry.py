@@ -8,7 +8,14 @@ import pytest
 
 from a2v import InputError, Motion
 from a2v.formats import read_motion, write_motion
-from a2v.formats.registry import CHARACTER_FORMATS, MOTION_FORMATS, MotionFormat, readable_motions, suffixes_of, writer_of
+from a2v.formats.registry import (
+    CHARACTER_FORMATS,
+    MOTION_FORMATS,
+    MotionFormat,
+    readable_motions,
+    suffixes_of,
+    writer_of,
+)
 from a2v.kinematics import CMU
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.rendering.stickfigure import DRAWN_FORMATS
@@ -22,7 +29,13 @@ def test_npz_round_trip(tmp_path: Path) -> None:
 
 
 def batch_of(motion: Motion, count: int) -> Motion:
-    return dataclasses.replace(motion, **{name: np.stack([getattr(motion, name)] * count) for name in ("joints", "rotations", "root")})
+    return dataclasses.replace(
+        motion,
+        **{
+            name: np.stack([getattr(motion, name)] * count)
+            for name in ("joints", "rotations", "root")
+        },
+    )
 
 
 def test_a_batch_becomes_numbered_files_where_a_file_holds_one_clip(tmp_path: Path) -> None:
@@ -44,7 +57,10 @@ def test_no_two_formats_share_a_suffix() -> None:
 
 def test_an_entry_is_all_that_a_format_needs(tmp_path: Path) -> None:
     written: list[Path] = []
-    formats = (*MOTION_FORMATS, MotionFormat(suffixes=(".abc",), write=lambda path, _: written.append(path)))
+    formats = (
+        *MOTION_FORMATS,
+        MotionFormat(suffixes=(".abc",), write=lambda path, _: written.append(path)),
+    )
     write_motion(tmp_path / "m.ABC", random_clip(CMU), formats)
     assert written == [tmp_path / "m.ABC"]
     assert suffixes_of(formats)[-1] == ".abc"

@@ -29,11 +29,17 @@ def plain(name: str) -> str:
 
 
 @pytest.mark.slow
-def test_every_bone_of_every_rig_is_where_it_is_meant(blender: str, character: Character, data_dir: Path, tmp_path: Path) -> None:
-    moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_cartwheel.txt", fps=FPS), character.body)
+def test_every_bone_of_every_rig_is_where_it_is_meant(
+    blender: str, character: Character, data_dir: Path, tmp_path: Path
+) -> None:
+    moves = retarget(
+        read_motion(data_dir / "motions" / "humanoid3d_cartwheel.txt", fps=FPS), character.body
+    )
     people = {}
     for rig in RIGS:
-        person, clips = prepare_rig(character, {"cartwheel": (moves, FPS)}, rig=rig, root_motion=True)
+        person, clips = prepare_rig(
+            character, {"cartwheel": (moves, FPS)}, rig=rig, root_motion=True
+        )
         people[rig] = person.body, clips["cartwheel"][0]
         for suffix, write in WRITERS.items():
             if suffix != ".fbx" or fbx.can_write():
@@ -48,11 +54,15 @@ def test_every_bone_of_every_rig_is_where_it_is_meant(blender: str, character: C
     assert len(told) == len(files) + sum(file.endswith(".fbx") for file in files)
     for file, seen in told.items():
         body, transforms = people[Path(file.split()[0]).stem]
-        assert seen["range"][1] - seen["range"][0] + 1 == pytest.approx(len(transforms), abs=1e-2), file
+        assert seen["range"][1] - seen["range"][0] + 1 == pytest.approx(
+            len(transforms), abs=1e-2
+        ), file
         worst = 0.0
         for frame, heads in zip(FRAMES, seen["heads"], strict=True):
             heads = {plain(name): place for name, place in heads.items()}
             assert {plain(name) for name in body.bone_names} <= set(heads), file
             places = np.array([heads[plain(name)] for name in body.bone_names])
-            worst = max(worst, float(np.linalg.norm(places - transforms[frame][:, :3, 3], axis=1).max()))
+            worst = max(
+                worst, float(np.linalg.norm(places - transforms[frame][:, :3, 3], axis=1).max())
+            )
         assert worst < 1e-3, file

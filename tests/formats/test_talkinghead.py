@@ -1,4 +1,5 @@
-"""Avatars for TalkingHead: what the files say, and what @met4citizen/talkinghead makes of them in a browser."""
+"""Avatars for TalkingHead: what the files say, and what @met4citizen/talkinghead makes of them in a
+browser."""
 
 from __future__ import annotations
 
@@ -24,14 +25,17 @@ EXTRAS = ("mouthOpen", "mouthSmile", "eyesClosed", "eyesLookUp", "eyesLookDown")
 
 @pytest.fixture(scope="module")
 def person(expressive: Character) -> Character:
-    """With a texture, and materials: eyes, mouth and hair on the head, cloth below the neck, skin elsewhere."""
+    """With a texture, and materials: eyes, mouth and hair on the head, cloth below the neck, skin
+    elsewhere."""
     surface = expressive.surface
     middle = surface.vertices[surface.faces].mean(axis=1)
     kinds = np.where(middle[:, 1] < 1.4, MATERIALS.index("cloth"), MATERIALS.index("skin"))
     kinds[middle[:, 1] > 1.67] = MATERIALS.index("hair")
     uv = surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]
     picture = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
-    dressed = dataclasses.replace(surface, uv=uv.astype(np.float32), texture=picture, materials=kinds.astype(np.uint8))
+    dressed = dataclasses.replace(
+        surface, uv=uv.astype(np.float32), texture=picture, materials=kinds.astype(np.uint8)
+    )
     return prepare_rig(dataclasses.replace(expressive, surface=dressed), {}, rig="talkinghead")[0]
 
 
@@ -42,7 +46,9 @@ def avatar(person: Character, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_file_is_what_the_program_looks_for(avatar: Path, person: Character, validator: Path) -> None:
+def test_the_file_is_what_the_program_looks_for(
+    avatar: Path, person: Character, validator: Path
+) -> None:
     report = validate(avatar, validator)
     assert report["errors"] == 0, report["messages"]
     assert avatar.stat().st_size < 5_000_000
@@ -54,29 +60,51 @@ def test_the_file_is_what_the_program_looks_for(avatar: Path, person: Character,
     assert [node["mesh"] for node in below if "mesh" in node] == [0, 1, 2]  # one for each material
     assert all(len(mesh["primitives"]) == 1 for mesh in file.json["meshes"])
     names = {file.json["nodes"][index]["name"] for index in file.json["skins"][0]["joints"]}
-    assert {"HeadTop_End", "LeftToe_End", "LeftHandIndex4", "RightHandThumb4", "LeftEye", "Spine2"} <= names
+    assert {
+        "HeadTop_End",
+        "LeftToe_End",
+        "LeftHandIndex4",
+        "RightHandThumb4",
+        "LeftEye",
+        "Spine2",
+    } <= names
     assert not any(":" in name for name in names)
     assert len(person.surface.faces) <= 20_000
     corners = sum(len(file.array(mesh["primitives"][0]["indices"])) for mesh in file.json["meshes"])
     assert corners == 3 * len(person.surface.faces)
-    shapes = {name for mesh in file.json["meshes"] for name in mesh.get("extras", {}).get("targetNames", [])}
+    shapes = {
+        name
+        for mesh in file.json["meshes"]
+        for name in mesh.get("extras", {}).get("targetNames", [])
+    }
     face = person.surface.face
     assert face is not None
     assert shapes == set(face.names)
     assert len(shapes) == 52 + 15 + 5
-    arms = {name: person.body.rest_transforms[person.body.bone_names.index(name), :3, 3] for name in ("LeftArm", "LeftHand")}
+    arms = {
+        name: person.body.rest_transforms[person.body.bone_names.index(name), :3, 3]
+        for name in ("LeftArm", "LeftHand")
+    }
     assert abs(float(arms["LeftHand"][1] - arms["LeftArm"][1])) < 1e-3  # T-pose
 
 
-def test_parts_of_the_mesh_are_those_of_the_whole(person: Character, avatar: Path, tmp_path: Path) -> None:
-    """Seams between materials must not show: normals and shapes of a part are those of the whole mesh."""
+def test_parts_of_the_mesh_are_those_of_the_whole(
+    person: Character, avatar: Path, tmp_path: Path
+) -> None:
+    """Seams between materials must not show: normals and shapes of a part are those of the whole
+    mesh."""
     body = dataclasses.replace(person.body, model="mixamo")
     write_glb(tmp_path / "whole.glb", dataclasses.replace(person, body=body))
     whole, parts = Glb(tmp_path / "whole.glb"), Glb(avatar)
 
     def corners(file: Glb, attribute: str) -> np.ndarray:
         primitives = [primitive for mesh in file.json["meshes"] for primitive in mesh["primitives"]]
-        return np.concatenate([file.array(one["attributes"][attribute])[file.array(one["indices"])] for one in primitives])
+        return np.concatenate(
+            [
+                file.array(one["attributes"][attribute])[file.array(one["indices"])]
+                for one in primitives
+            ]
+        )
 
     for attribute in ("POSITION", "NORMAL", "TEXCOORD_0", "WEIGHTS_0", "JOINTS_0"):
         np.testing.assert_array_equal(corners(parts, attribute), corners(whole, attribute))
@@ -89,7 +117,24 @@ def test_visemes_are_sums_of_arkits_shapes(expressive: Character) -> None:
     assert before is not None
     assert face.names[:52] == before.names
     assert [name.lower() for name in face.names[52:]] == [
-        f"vrc.v_{name}" for name in ("sil", "pp", "ff", "th", "dd", "kk", "ch", "ss", "nn", "rr", "aa", "e", "ih", "oh", "ou")
+        f"vrc.v_{name}"
+        for name in (
+            "sil",
+            "pp",
+            "ff",
+            "th",
+            "dd",
+            "kk",
+            "ch",
+            "ss",
+            "nn",
+            "rr",
+            "aa",
+            "e",
+            "ih",
+            "oh",
+            "ou",
+        )
     ]
     moved, offsets = face.target("vrc.v_oh")
     whole = np.zeros_like(expressive.surface.vertices)
@@ -107,17 +152,26 @@ def test_visemes_are_sums_of_arkits_shapes(expressive: Character) -> None:
 @pytest.mark.slow
 def test_it_speaks_a_sentence(avatar: Path, person: Character) -> None:
     script = bundled(Path(__file__).with_name("speak_in_talkinghead.mjs"), "talkinghead", *PACKAGES)
-    sentence = {"words": ["hello", "my", "friends"], "wtimes": [100, 600, 900], "wdurations": [400, 250, 600]}
+    sentence = {
+        "words": ["hello", "my", "friends"],
+        "wtimes": [100, 600, 900],
+        "wdurations": [400, 250, 600],
+    }
     order = ["aa", "PP", "U", "FF", "O"]
     vowels = {"words": ["x"], "wtimes": [0], "wdurations": [1], "visemes": order}
     vowels |= {"vtimes": [300 + 1000 * i for i in range(5)], "vdurations": [400] * 5}
     face = person.surface.face
     assert face is not None
     file = Glb(avatar)
-    skin = next(mesh for mesh in file.json["meshes"] if mesh["name"].endswith("skin"))["primitives"][0]
+    skin = next(mesh for mesh in file.json["meshes"] if mesh["name"].endswith("skin"))[
+        "primitives"
+    ][0]
     points = file.array(skin["attributes"]["POSITION"])
     mouth = face.target("jawOpen")[0]
-    near = [int(np.argmin(np.linalg.norm(points - person.surface.vertices[vertex], axis=1))) for vertex in mouth[::11]]
+    near = [
+        int(np.argmin(np.linalg.norm(points - person.surface.vertices[vertex], axis=1)))
+        for vertex in mouth[::11]
+    ]
     exact = np.linalg.norm(points[near] - person.surface.vertices[mouth[::11]], axis=1) < 1e-7
     chosen, vertices = np.array(near)[exact], mouth[::11][exact]
     assert len(chosen) > 30
@@ -129,16 +183,23 @@ def test_it_speaks_a_sentence(avatar: Path, person: Character) -> None:
             "places": ["Hips", "LeftHand", "RightHand", "LeftArm", "LeftFoot", "Head"],
             "mesh": "skin",
             "chosen": chosen.tolist(),
-            "speeches": [{"ms": 2000, "audio": sentence}, {"ms": 6000, "audio": vowels, "looks": looks}],
+            "speeches": [
+                {"ms": 2000, "audio": sentence},
+                {"ms": 6000, "audio": vowels, "looks": looks},
+            ],
         },
     )
     assert told["armature"] == "Armature"
     stands = {name: np.array(place) for name, place in told["stands"].items()}
-    assert stands["Head"][1] > stands["LeftArm"][1] > stands["LeftHand"][1] + 0.3  # its own pose: the arms hang
+    assert (
+        stands["Head"][1] > stands["LeftArm"][1] > stands["LeftHand"][1] + 0.3
+    )  # its own pose: the arms hang
     assert stands["LeftHand"][0] > 0 > stands["RightHand"][0]
     assert abs(float(stands["LeftFoot"][1])) < 0.25
     spoken, shown = told["speeches"]
-    assert [item["name"] for item in spoken["asked"]][:4] == [f"viseme_{name}" for name in told["words"]]  # "hello" by its English rules
+    assert [item["name"] for item in spoken["asked"]][:4] == [
+        f"viseme_{name}" for name in told["words"]
+    ]  # "hello" by its English rules
     assert len(spoken["asked"]) >= 10
     for speech in (spoken, shown):
         for item in speech["asked"]:

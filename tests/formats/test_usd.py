@@ -23,7 +23,9 @@ def textured(character: Character) -> Character:
     surface = character.surface
     uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
     texture = np.random.default_rng(0).integers(0, 256, (64, 32, 3), dtype=np.uint8)
-    return dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv, texture=texture))
+    return dataclasses.replace(
+        character, surface=dataclasses.replace(surface, uv=uv, texture=texture)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,10 @@ def clips(character: Character, data_dir: Path) -> dict[str, tuple[np.ndarray, f
     folder = data_dir / "motions"
     rates = {"cart wheel": ("cartwheel", 10.0), "walk": ("walk", 20.0)}
     return {
-        name: (retarget(read_motion(folder / f"humanoid3d_{file}.txt", fps=rate), character.body), rate)
+        name: (
+            retarget(read_motion(folder / f"humanoid3d_{file}.txt", fps=rate), character.body),
+            rate,
+        )
         for name, (file, rate) in rates.items()
     }
 
@@ -63,15 +68,23 @@ def test_usds_own_skinning_moves_the_mesh_like_our_frames(
 ) -> None:
     path = tmp_path / f"c{suffix}"
     write_usd(path, textured, clips)
-    assert {p.name for p in tmp_path.iterdir()} == ({"c.usdz"} if suffix == ".usdz" else {f"c{suffix}", "c_texture.jpg"})
+    assert {p.name for p in tmp_path.iterdir()} == (
+        {"c.usdz"} if suffix == ".usdz" else {f"c{suffix}", "c_texture.jpg"}
+    )
     stage = opened(path)
     moves = clips["cart wheel"][0]
-    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (0, len(moves) - 1, 10.0)
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (
+        0,
+        len(moves) - 1,
+        10.0,
+    )
     for frame in (0, 12):
         np.testing.assert_allclose(skinned(stage, frame), deform(textured, moves[frame]), atol=2e-4)
 
 
-def test_the_stage_says_what_it_holds(tmp_path: Path, textured: Character, clips: dict[str, tuple[np.ndarray, float]]) -> None:
+def test_the_stage_says_what_it_holds(
+    tmp_path: Path, textured: Character, clips: dict[str, tuple[np.ndarray, float]]
+) -> None:
     from pxr import UsdGeom, UsdSkel
 
     write_usd(tmp_path / "c.usdz", textured, clips, name="my person")
@@ -83,7 +96,11 @@ def test_the_stage_says_what_it_holds(tmp_path: Path, textured: Character, clips
     assert [joint.split("/")[-1].replace("_", ".") for joint in skeleton.GetJointsAttr().Get()] == [
         bone.replace("-", ".").replace("_", ".") for bone in textured.body.bone_names
     ]
-    animations = {prim.GetName(): UsdSkel.Animation(prim) for prim in stage.Traverse() if prim.IsA(UsdSkel.Animation)}
+    animations = {
+        prim.GetName(): UsdSkel.Animation(prim)
+        for prim in stage.Traverse()
+        if prim.IsA(UsdSkel.Animation)
+    }
     assert set(animations) == {"cart_wheel", "walk"}
     times = animations["walk"].GetRotationsAttr().GetTimeSamples()
     assert len(times) == len(clips["walk"][0])
@@ -98,13 +115,19 @@ def test_vertex_colours_without_a_texture(tmp_path: Path, character: Character) 
     write_usd(tmp_path / "c.usdc", character)
     assert [p.name for p in tmp_path.iterdir()] == ["c.usdc"]
     stage = opened(tmp_path / "c.usdc")
-    linear = np.asarray(UsdGeom.Mesh(stage.GetPrimAtPath("/character/surface")).GetDisplayColorAttr().Get())
+    linear = np.asarray(
+        UsdGeom.Mesh(stage.GetPrimAtPath("/character/surface")).GetDisplayColorAttr().Get()
+    )
     srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     np.testing.assert_allclose(srgb, character.surface.colors, atol=2e-3)
-    np.testing.assert_allclose(skinned(stage, 0), character.surface.vertices, atol=1e-5)  # the bind pose
+    np.testing.assert_allclose(
+        skinned(stage, 0), character.surface.vertices, atol=1e-5
+    )  # the bind pose
 
 
-def test_usds_own_validators_find_nothing(tmp_path: Path, textured: Character, clips: dict[str, tuple[np.ndarray, float]]) -> None:
+def test_usds_own_validators_find_nothing(
+    tmp_path: Path, textured: Character, clips: dict[str, tuple[np.ndarray, float]]
+) -> None:
     validation = pytest.importorskip("pxr.UsdValidation", reason="this usd-core has no validators")
     write_usd(tmp_path / "c.usdz", textured, clips)
     validators = validation.ValidationRegistry().GetOrLoadAllValidators()
@@ -129,4 +152,6 @@ def test_other_rigs_move_like_their_frames(
     write_usd(tmp_path / "c.usdc", person, moves)
     stage = opened(tmp_path / "c.usdc")
     for frame in (0, 12):
-        np.testing.assert_allclose(skinned(stage, frame), deform(person, moves["cart wheel"][0][frame]), atol=2e-4)
+        np.testing.assert_allclose(
+            skinned(stage, frame), deform(person, moves["cart wheel"][0][frame]), atol=2e-4
+        )

@@ -29,13 +29,17 @@ def shut_at(frame: int, frames: int) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def person(expressive: Character, data_dir: Path) -> tuple[Character, np.ndarray]:
-    moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), expressive.body)
+    moves = retarget(
+        read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), expressive.body
+    )
     changed, clips = prepare_rig(expressive, {"walk": (moves, 10.0)}, rig="vrm")
     return changed, clips["walk"][0]
 
 
 @pytest.fixture(scope="module")
-def files(person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def files(
+    person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("vrm")
     write_vrm(folder / "ada.vrm", person[0], META)
     lids = {"eyeBlinkLeft": shut_at(4, len(person[1]))}
@@ -55,7 +59,9 @@ def test_khronos_finds_nothing_wrong(files: tuple[Path, Path], validator: Path) 
         assert report["errors"] == 0, report["messages"]
 
 
-def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path], person: tuple[Character, np.ndarray]) -> None:
+def test_the_avatar_has_the_bones_and_says_who_made_it(
+    files: tuple[Path, Path], person: tuple[Character, np.ndarray]
+) -> None:
     document = Glb(files[0]).json
     assert document["extensionsUsed"] == ["VRMC_vrm"]
     vrm = document["extensions"]["VRMC_vrm"]
@@ -63,21 +69,43 @@ def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path],
     bones = vrm["humanoid"]["humanBones"]
     assert len(VRM_REQUIRED) == 15
     assert bones.keys() >= VRM_REQUIRED
-    assert sum(any(finger in name for finger in ("Thumb", "Index", "Middle", "Ring", "Little")) for name in bones) == 30
+    assert (
+        sum(
+            any(finger in name for finger in ("Thumb", "Index", "Middle", "Ring", "Little"))
+            for name in bones
+        )
+        == 30
+    )
     assert all(document["nodes"][bone["node"]]["name"] == name for name, bone in bones.items())
-    assert (vrm["meta"]["authors"], vrm["meta"]["otherLicenseUrl"]) == (["A. Person"], META.licence_url)
+    assert (vrm["meta"]["authors"], vrm["meta"]["otherLicenseUrl"]) == (
+        ["A. Person"],
+        META.licence_url,
+    )
     assert document["nodes"][vrm["firstPerson"]["meshAnnotations"][0]["node"]]["skin"] == 0
     body, vertices = person[0].body, person[0].surface.vertices
     assert abs(float(vertices[:, 1].min())) < 5e-3
-    toes, ankles = (body.bone_transforms[body.bone_names.index(name), :3, 3] for name in ("leftToes", "leftFoot"))
+    toes, ankles = (
+        body.bone_transforms[body.bone_names.index(name), :3, 3]
+        for name in ("leftToes", "leftFoot")
+    )
     assert toes[2] > ankles[2] + 0.05  # faces +z
     clip = Glb(files[1]).json
-    names = {clip["nodes"][channel["target"]["node"]]["name"] for channel in clip["animations"][0]["channels"]}
+    names = {
+        clip["nodes"][channel["target"]["node"]]["name"]
+        for channel in clip["animations"][0]["channels"]
+    }
     assert "hips" in names
     assert "root" not in names
-    moved = [channel["target"]["node"] for channel in clip["animations"][0]["channels"] if channel["target"]["path"] == "translation"]
+    moved = [
+        channel["target"]["node"]
+        for channel in clip["animations"][0]["channels"]
+        if channel["target"]["path"] == "translation"
+    ]
     said = clip["extensions"]["VRMC_vrm_animation"]
-    assert moved == [said["humanoid"]["humanBones"]["hips"]["node"], said["expressions"]["preset"]["blinkLeft"]["node"]]
+    assert moved == [
+        said["humanoid"]["humanBones"]["hips"]["node"],
+        said["expressions"]["preset"]["blinkLeft"]["node"],
+    ]
 
 
 @pytest.mark.slow
@@ -104,12 +132,21 @@ def test_three_vrm_moves_the_right_vertices(
     assert told["firstPerson"]
     assert told["duration"] == pytest.approx((len(moves) - 1) / 10, abs=1e-4)
     for frame, seen in zip(frames, told["frames"], strict=True):
-        moved = express(character, deform(character, moves[frame]), moves[frame], {"eyeBlinkLeft": float(frame == 4)})
+        moved = express(
+            character,
+            deform(character, moves[frame]),
+            moves[frame],
+            {"eyeBlinkLeft": float(frame == 4)},
+        )
         np.testing.assert_allclose(seen, moved[chosen], atol=2e-3)
     assert told["lids"] == pytest.approx([float(frame == 4) for frame in frames])
     rest = character.body.bone_transforms
     seen = face.target("eyeBlinkLeft")[0][::7]
-    for name, strengths in (("blinkLeft", {"eyeBlinkLeft": 1.0}), ("aa", {"jawOpen": 0.6}), ("blinkRight", {"eyeBlinkRight": 1.0})):
+    for name, strengths in (
+        ("blinkLeft", {"eyeBlinkLeft": 1.0}),
+        ("aa", {"jawOpen": 0.6}),
+        ("blinkRight", {"eyeBlinkRight": 1.0}),
+    ):
         expected = express(character, deform(character, rest), rest, strengths)[seen]
         np.testing.assert_allclose(told["expressions"][name], expected, atol=2e-4)
 
@@ -125,20 +162,41 @@ def test_what_is_not_stated_is_asked_for(character: Character, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_the_add_on_of_blender_finds_nothing_wrong(files: tuple[Path, Path], person: tuple[Character, np.ndarray], vrm_addon: str) -> None:
+def test_the_add_on_of_blender_finds_nothing_wrong(
+    files: tuple[Path, Path], person: tuple[Character, np.ndarray], vrm_addon: str
+) -> None:
     character, moves = person
     names, frames = ("leftHand", "rightHand", "leftFoot", "head"), [0, 4, 9]
     snake = ("left_hand", "right_hand", "left_foot", "head")
     script = str(Path(__file__).with_name("look_in_vrm_addon.py"))
-    command = [vrm_addon, script, *map(str, files), "10", ",".join(map(str, frames)), ",".join(snake)]
+    command = [
+        vrm_addon,
+        script,
+        *map(str, files),
+        "10",
+        ",".join(map(str, frames)),
+        ",".join(snake),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert "TOLD " in done.stdout, done.stdout[-1500:] + done.stderr[-1500:]
     told: dict[str, Any] = json.loads(done.stdout.rpartition("TOLD ")[2].partition(" END")[0])
     assert told["read"] == told["played"] == ["FINISHED"]
     assert told["found"] == []
     assert set(told["bones"].values()) >= VRM_REQUIRED
-    assert told["meta"] == {"name": "Ada", "authors": ["A. Person"], "licence": META.licence_url, "look_at": "bone"}
-    assert told["presets"] == {"blink": 2, "blink_left": 1, "happy": 6, "aa": 1, "oh": 2, "look_up": 2}
+    assert told["meta"] == {
+        "name": "Ada",
+        "authors": ["A. Person"],
+        "licence": META.licence_url,
+        "look_at": "bone",
+    }
+    assert told["presets"] == {
+        "blink": 2,
+        "blink_left": 1,
+        "happy": 6,
+        "aa": 1,
+        "oh": 2,
+        "look_up": 2,
+    }
     assert told["custom"] == 52
     places = moves[frames][:, [character.body.bone_names.index(name) for name in names]][..., :3, 3]
     np.testing.assert_allclose(told["heads"], places, atol=1e-3)

@@ -1,4 +1,5 @@
-"""VRM 0.x beside 1.0, and skirts that swing: what the files say, and what @pixiv/three-vrm makes of them in a browser."""
+"""VRM 0.x beside 1.0, and skirts that swing: what the files say, and what @pixiv/three-vrm makes of
+them in a browser."""
 
 from __future__ import annotations
 
@@ -25,7 +26,10 @@ OLD = dataclasses.replace(NEW, edition="0.x")
 def skirted(character: Character) -> Character:
     """A character on VRM's rig with a closed tube from above the hips to the knees."""
     names = character.body.bone_names
-    hips, knee = (character.body.bone_transforms[names.index(name), :3, 3] for name in ("hips", "leftLowerLeg"))
+    hips, knee = (
+        character.body.bone_transforms[names.index(name), :3, 3]
+        for name in ("hips", "leftLowerLeg")
+    )
     rows, columns = 20, 40
     angles = 2 * np.pi * np.arange(columns) / columns
     heights = np.linspace(hips[1] + 0.06, knee[1] + 0.03, rows)
@@ -41,7 +45,12 @@ def skirted(character: Character) -> Character:
     ).reshape(-1, 3)
     one = (np.arange(rows - 1)[:, None] * columns + np.arange(columns)).ravel()
     two = (np.arange(rows - 1)[:, None] * columns + (np.arange(columns) + 1) % columns).ravel()
-    tube = np.concatenate([np.stack([one, one + columns, two], axis=1), np.stack([two, one + columns, two + columns], axis=1)])
+    tube = np.concatenate(
+        [
+            np.stack([one, one + columns, two], axis=1),
+            np.stack([two, one + columns, two + columns], axis=1),
+        ]
+    )
     surface, count = character.surface, len(character.surface.vertices)
 
     def grown(array: np.ndarray, value: Any) -> np.ndarray:
@@ -84,26 +93,52 @@ def test_khronos_finds_nothing_wrong(files: tuple[Path, Path], validator: Path) 
         assert report["errors"] == 0, report["messages"]
 
 
-def test_the_old_edition_says_all_that_it_has_to(files: tuple[Path, Path], person: Character) -> None:
+def test_the_old_edition_says_all_that_it_has_to(
+    files: tuple[Path, Path], person: Character
+) -> None:
     file = Glb(files[1])
     assert file.json["extensionsUsed"] == ["VRM"]
     vrm = file.json["extensions"]["VRM"]
-    bones = {bone["bone"]: file.json["nodes"][bone["node"]]["name"] for bone in vrm["humanoid"]["humanBones"]}
+    bones = {
+        bone["bone"]: file.json["nodes"][bone["node"]]["name"]
+        for bone in vrm["humanoid"]["humanBones"]
+    }
     assert len(bones) == len(vrm["humanoid"]["humanBones"]) == 54
     assert bones.keys() >= VRM_REQUIRED | {"chest", "neck"}
     thumb = [bones[f"leftThumb{part}"] for part in ("Proximal", "Intermediate", "Distal")]
     assert thumb == ["leftThumbMetacarpal", "leftThumbProximal", "leftThumbDistal"]
     groups = {group["name"]: group for group in vrm["blendShapeMaster"]["blendShapeGroups"]}
-    assert {"A", "I", "U", "E", "O", "Blink", "Blink_L", "Blink_R", "Joy", "Angry", "Sorrow", "Fun", "BrowInnerUp", "TongueOut"} <= groups.keys()
+    assert {
+        "A",
+        "I",
+        "U",
+        "E",
+        "O",
+        "Blink",
+        "Blink_L",
+        "Blink_R",
+        "Joy",
+        "Angry",
+        "Sorrow",
+        "Fun",
+        "BrowInnerUp",
+        "TongueOut",
+    } <= groups.keys()
     assert len(groups) == len(EXPRESSIONS) + 52
     names = file.json["meshes"][0]["extras"]["targetNames"]
-    assert {names[bind["index"]]: bind["weight"] for bind in groups["A"]["binds"]} == {"jawOpen": 60}
+    assert {names[bind["index"]]: bind["weight"] for bind in groups["A"]["binds"]} == {
+        "jawOpen": 60
+    }
     assert vrm["meta"]["otherLicenseUrl"] == NEW.licence_url
     assert (vrm["meta"]["author"], vrm["meta"]["allowedUserName"]) == ("A. Person", "OnlyAuthor")
-    assert [item["name"] for item in vrm["materialProperties"]] == [item["name"] for item in file.json["materials"]]
+    assert [item["name"] for item in vrm["materialProperties"]] == [
+        item["name"] for item in file.json["materials"]
+    ]
     assert vrm["firstPerson"]["firstPersonBone"] == person.body.bone_names.index("head")
     positions = file.array(file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
-    np.testing.assert_array_equal(positions, person.surface.vertices * np.float32([-1, 1, -1]))  # faces -z
+    np.testing.assert_array_equal(
+        positions, person.surface.vertices * np.float32([-1, 1, -1])
+    )  # faces -z
     assert all(node.get("rotation", [0, 0, 0, 1]) == [0, 0, 0, 1] for node in file.json["nodes"])
     with pytest.raises(InputError, match=r"choose from 1.0, 0.x"):
         dataclasses.replace(NEW, edition="2")
@@ -118,7 +153,10 @@ def test_a_skirt_hangs_on_chains(person: Character, expressive: Character) -> No
     body = len(expressive.surface.vertices)
     np.testing.assert_array_equal(hung.bones[:body], person.bones[:body])
     hem = np.argsort(hung.surface.vertices[body:, 1])[:40] + body
-    assert (hung.bones[hem] * (hung.weights[hem] > 0) >= len(person.body.bone_names) * (hung.weights[hem] > 0)).all()
+    assert (
+        hung.bones[hem] * (hung.weights[hem] > 0)
+        >= len(person.body.bone_names) * (hung.weights[hem] > 0)
+    ).all()
     assert [0.03 < capsule.radius < 0.12 for capsule in springs.capsules] == [True] * 4
     plain = prepare_rig(expressive, {}, rig="vrm")[0]
     assert with_springs(plain) == (plain, None)  # who wears none has none
@@ -137,7 +175,9 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
     assert face is not None
     chosen, lips = list(range(0, len(person.surface.vertices), 97)), face.target("jawOpen")[0][::9]
     given = {"vertices": chosen, "face": lips.tolist(), "expressions": ["aa", "happy"], "lift": 1.2}
-    both = told_by(script, given | {"files": [base64.b64encode(path.read_bytes()).decode() for path in files]})
+    both = told_by(
+        script, given | {"files": [base64.b64encode(path.read_bytes()).decode() for path in files]}
+    )
     springs = with_springs(person)[1]
     assert springs is not None
     thigh = springs.capsules[0]
@@ -145,7 +185,9 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
         assert told["meta"]["metaVersion"] == version
         assert set(told["bones"]) >= VRM_REQUIRED
         assert len(told["names"]) == len(EXPRESSIONS) + 52
-        np.testing.assert_allclose(told["rest"], person.surface.vertices[chosen], atol=1e-5)  # both face +z now
+        np.testing.assert_allclose(
+            told["rest"], person.surface.vertices[chosen], atol=1e-5
+        )  # both face +z now
         for name in ("aa", "happy"):
             whole = person.surface.vertices.astype(np.float64)
             moved, offsets = face.mixed(EXPRESSIONS[name])
@@ -153,7 +195,10 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
             np.testing.assert_allclose(told["expressions"][name], whole[lips], atol=2e-4)
         assert told["swings"] >= CHAINS * JOINTS
         names = sorted(told["before"])
-        before, still, moving, lifted = (np.array([told[when][name] for name in names]) for when in ("before", "still", "moving", "lifted"))
+        before, still, moving, lifted = (
+            np.array([told[when][name] for name in names])
+            for when in ("before", "still", "moving", "lifted")
+        )
         assert np.linalg.norm(still - before, axis=1).max() < 0.04  # at rest it hangs as it was
         assert np.linalg.norm(moving - still, axis=1).max() > 0.05  # the thigh lifts the cloth
         back = [names.index(name) for name in names if name.startswith("skirt_5_")]

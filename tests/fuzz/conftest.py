@@ -1,4 +1,5 @@
-"""How many cases are tried: few in the suite, always the same; `make fuzz` tries many new ones (A2V_FUZZ a reader)."""
+"""How many cases are tried: few in the suite, always the same; `make fuzz` tries many new ones
+(A2V_FUZZ a reader)."""
 
 from __future__ import annotations
 
@@ -13,7 +14,12 @@ from hypothesis.configuration import set_hypothesis_home_dir
 from tests.support.hostile import COUNT, TALLIES, Tally
 
 settings.register_profile(
-    "a2v", max_examples=COUNT or 40, derandomize=not COUNT, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    "a2v",
+    max_examples=COUNT or 40,
+    derandomize=not COUNT,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
 )
 settings.load_profile("a2v")
 set_hypothesis_home_dir(tempfile.gettempdir())
@@ -29,7 +35,18 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     said = f"{whole.cases:,} hostile inputs: {whole.refused:,} refused in a sentence, the slowest took {whole.slowest:.1f} s of processor time, none more than {whole.megabytes:.0f} MB; {whole.files:,} files were written, all whole; {whole.deleted:,} photos and videos were deleted, nothing of them left"
     terminalreporter.write_line(said)
     if path := os.environ.get("A2V_FUZZ_REPORT"):
-        failed = [report.nodeid.split("::")[-1] for report in terminalreporter.stats.get("failed", [])]
-        rows = [f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} | {one.files:,} | {one.deleted:,} |" for name, one in sorted(TALLIES.items())]
-        head = ["| test | inputs | refused | slowest, s | MB at most | files written | deleted |", "| --- | ---: | ---: | ---: | ---: | ---: | ---: |"]
-        Path(path).write_text("\n".join([f"{said}; failed: {', '.join(failed) or 'none'}.", "", *head, *rows, ""]), encoding="utf-8")
+        failed = [
+            report.nodeid.split("::")[-1] for report in terminalreporter.stats.get("failed", [])
+        ]
+        rows = [
+            f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} | {one.files:,} | {one.deleted:,} |"
+            for name, one in sorted(TALLIES.items())
+        ]
+        head = [
+            "| test | inputs | refused | slowest, s | MB at most | files written | deleted |",
+            "| --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+        ]
+        Path(path).write_text(
+            "\n".join([f"{said}; failed: {', '.join(failed) or 'none'}.", "", *head, *rows, ""]),
+            encoding="utf-8",
+        )

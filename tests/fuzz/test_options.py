@@ -1,4 +1,5 @@
-"""Every option of every command, and tables of jobs, with hostile values: they are taken or refused in one sentence."""
+"""Every option of every command, and tables of jobs, with hostile values: they are taken or refused
+in one sentence."""
 
 from __future__ import annotations
 
@@ -23,7 +24,17 @@ from pipelines.engine.store import Store
 from pipelines.options import actions_of, parse
 from pipelines.requests.video import VideoRequest
 from tests.support.commands import end
-from tests.support.hostile import COUNT, FEW, NUMBERS, TEXTS, VALUES, are_whole, owes_a_sentence, retold, trees
+from tests.support.hostile import (
+    COUNT,
+    FEW,
+    NUMBERS,
+    TEXTS,
+    VALUES,
+    are_whole,
+    owes_a_sentence,
+    retold,
+    trees,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = [name.replace(" ", "_") for name in every_command()]
@@ -32,14 +43,50 @@ PIPE = str(Path(tempfile.mkdtemp()) / "pipe")
 os.mkfifo(PIPE)
 WORDS = st.one_of(
     st.sampled_from(
-        ["", "-", "--", "a" * 5000, "/dev/zero", "/proc/self/mem", PIPE, "/", "..", "null", "[]", "{}", "1,2", "nan", "1_000", "٣", "0x10", "!!python/name:os"]
+        [
+            "",
+            "-",
+            "--",
+            "a" * 5000,
+            "/dev/zero",
+            "/proc/self/mem",
+            PIPE,
+            "/",
+            "..",
+            "null",
+            "[]",
+            "{}",
+            "1,2",
+            "nan",
+            "1_000",
+            "٣",
+            "0x10",
+            "!!python/name:os",
+        ]
     ),
     TEXTS,
     NUMBERS.map(lambda number: str(number) if abs(number) != 10**400 else "1" + "0" * 400),
     VALUES.map(lambda value: repr(value)[:2000]),
 ).map(lambda text: text.replace("\0", ""))
 
-PLAIN = st.sampled_from(["1", "2", "4", "12", "0.5", "true", "false", "Jump", "walk", "cmu", "humanact12", "front", "front,left", "none"])
+PLAIN = st.sampled_from(
+    [
+        "1",
+        "2",
+        "4",
+        "12",
+        "0.5",
+        "true",
+        "false",
+        "Jump",
+        "walk",
+        "cmu",
+        "humanact12",
+        "front",
+        "front,left",
+        "none",
+    ]
+)
 """What some option takes: where nothing is refused, files are written."""
 
 
@@ -49,7 +96,12 @@ def command(name: str) -> ModuleType:
 
 @functools.cache
 def names_of(module: ModuleType) -> list[str]:
-    found = [name for action in actions_of(module.Options) for name in action.option_strings[:1] if name.startswith("--")]
+    found = [
+        name
+        for action in actions_of(module.Options)
+        for name in action.option_strings[:1]
+        if name.startswith("--")
+    ]
     return [name for name in found if name not in ("--help-all", "--help-lab")]
 
 
@@ -70,22 +122,35 @@ def test_options(name, data):
 
 @pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
 def test_every_choice(name):
-    """Each value that an option's help offers is one that it takes, or the whole line is refused in a sentence."""
+    """Each value that an option's help offers is one that it takes, or the whole line is refused in
+    a sentence."""
     options = command(name).Options
     for action in actions_of(options):
         for choice in action.choices or ():
-            given = [f"{action.option_strings[0]}={choice}"] if action.option_strings else [str(choice)]
-            owes_a_sentence(lambda given=given: parse(options, given, command=name, about="", examples=""))
+            given = (
+                [f"{action.option_strings[0]}={choice}"] if action.option_strings else [str(choice)]
+            )
+            owes_a_sentence(
+                lambda given=given: parse(options, given, command=name, about="", examples="")
+            )
 
 
-MOTION = [name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")]
+MOTION = [
+    name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")
+]
 
 
 @settings(max_examples=FEW)
 @given(given_options(MOTION))
 def test_motions(words):
     with tempfile.TemporaryDirectory() as folder:
-        base = ["motion", "--action=Walk", "--frames=4", "--model=humanact12", f"--out={folder}/a.npz"]
+        base = [
+            "motion",
+            "--action=Walk",
+            "--frames=4",
+            "--model=humanact12",
+            f"--out={folder}/a.npz",
+        ]
         owes_a_sentence(lambda: end([*base, *words]))
         are_whole(Path(folder), "*.npz", read_motion)
 
@@ -98,7 +163,14 @@ VIDEO = ["--action", "--model", "--motion", "--frames", "--fps", "--seed", "--vi
 @given(given_options(VIDEO))
 def test_videos_as_far_as_their_motion(words):
     with tempfile.TemporaryDirectory() as folder:
-        base = ["video", f"--photo={ROOT / 'a2v/samples/person.jpg'}", "--action=Jump", "--model=humanact12", "--frames=4", "--only=motion"]
+        base = [
+            "video",
+            f"--photo={ROOT / 'a2v/samples/person.jpg'}",
+            "--action=Jump",
+            "--model=humanact12",
+            "--frames=4",
+            "--only=motion",
+        ]
         base += [f"--out={folder}/out", f"--cache={folder}/store", "--executor=serial", "--quiet"]
         owes_a_sentence(lambda: end([*base, *words]))
         are_whole(Path(folder), "*.npz", read_npz)
@@ -117,7 +189,12 @@ ROW: dict[str, Any] = {
 TABLE = 'name,photo,action,seed,views\na,me.jpg,Walk,4,front\nb,me.jpg,"Walk,Jump",,\n'
 
 
-@given(st.one_of(trees([ROW, ROW]).map(lambda tree: (json.dumps(tree), ".yaml")), retold(TABLE).map(lambda text: (text, ".csv"))))
+@given(
+    st.one_of(
+        trees([ROW, ROW]).map(lambda tree: (json.dumps(tree), ".yaml")),
+        retold(TABLE).map(lambda text: (text, ".csv")),
+    )
+)
 def test_tables_of_jobs(table):
     text, suffix = table
     with tempfile.TemporaryDirectory() as folder:
@@ -127,7 +204,9 @@ def test_tables_of_jobs(table):
 
         def plan() -> None:
             planner = Planner(Store(Path(folder) / "store"))
-            for job in map(planner.job, read_rows(path, VideoRequest.of(photo="", frames=4, size=64))):
+            for job in map(
+                planner.job, read_rows(path, VideoRequest.of(photo="", frames=4, size=64))
+            ):
                 assert "\n" not in job.row.problem
                 assert (Path(folder) / job.name).parent == Path(folder)
 

@@ -1,4 +1,5 @@
-"""What motions are asked for and made with: timelines, keyframes, paths, directions, models, checkpoints, and what a batch has left."""
+"""What motions are asked for and made with: timelines, keyframes, paths, directions, models,
+checkpoints, and what a batch has left."""
 
 from __future__ import annotations
 
@@ -25,7 +26,16 @@ from a2v.sessions import read_metadata
 from pipelines.batch.results import write_tables
 from tests.support.commands import end
 from tests.support.glb import glb
-from tests.support.hostile import FEW, NUMBERS, TEXTS, are_whole, edited, owes_a_sentence, retold, trees
+from tests.support.hostile import (
+    FEW,
+    NUMBERS,
+    TEXTS,
+    are_whole,
+    edited,
+    owes_a_sentence,
+    retold,
+    trees,
+)
 
 
 @functools.cache
@@ -36,12 +46,17 @@ def model(name: str = "cmu-fine") -> MotionModel:
 def in_file(content: bytes | str, suffix: str, read: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"file{suffix}"
-        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
+        path.write_bytes(
+            content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+        )
         owes_a_sentence(lambda: read(path))
 
 
 STEPS = "- {action: walk, seconds: 2, style: sad}\n- {action: jump, frames: 30, seed: 4}\n- {action: run, speed: 1.5}\n"
-STEP_TREE = [{"action": "walk", "seconds": 2, "speed": 1.2}, {"action": "jump", "style": "high", "frames": 30, "seed": 1}]
+STEP_TREE = [
+    {"action": "walk", "seconds": 2, "speed": 1.2},
+    {"action": "jump", "style": "high", "frames": 30, "seed": 1},
+]
 
 
 @given(st.one_of(retold(STEPS), trees(STEP_TREE).map(json.dumps)))
@@ -50,7 +65,11 @@ def test_timelines(text):
 
 
 KEYS = "- {time: 1, at: [0, 1], heading: 90}\n- {joint: left_wrist, at: [1, 1, 1], from: 0, to: 1}\n- {frame: 20, heading: 10}\n"
-KEY_TREE = [{"time": 1, "at": [0, 1], "heading": 90}, {"joint": "left_wrist", "body": [1, 1, 1], "from": 0, "to": 1}, {"time": 2, "file": "none.bvh", "pose": 1}]
+KEY_TREE = [
+    {"time": 1, "at": [0, 1], "heading": 90},
+    {"joint": "left_wrist", "body": [1, 1, 1], "from": 0, "to": 1},
+    {"time": 2, "file": "none.bvh", "pose": 1},
+]
 
 
 @given(st.one_of(retold(KEYS), trees(KEY_TREE).map(json.dumps)))
@@ -68,11 +87,18 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 100 0 C 1 2 3 4 
 
 @given(POINTS, st.sampled_from([" ", ".csv", ".yaml"]))
 def test_paths(points, suffix):
-    rows = [",".join(str(number) if abs(number) != 10**400 else "1" + "0" * 400 for number in point) for point in points]
+    rows = [
+        ",".join(str(number) if abs(number) != 10**400 else "1" + "0" * 400 for number in point)
+        for point in points
+    ]
     if suffix == " ":
         owes_a_sentence(lambda: walk(" ".join(rows)))
     else:
-        in_file("\n".join(rows if suffix == ".csv" else [f"- [{row}]" for row in rows]), suffix, lambda path: walk(str(path)))
+        in_file(
+            "\n".join(rows if suffix == ".csv" else [f"- [{row}]" for row in rows]),
+            suffix,
+            lambda path: walk(str(path)),
+        )
 
 
 @given(st.one_of(retold(SVG), edited(SVG.encode())))
@@ -80,7 +106,15 @@ def test_drawn_paths(text):
     in_file(text, ".svg", lambda path: walk(str(path)))
 
 
-PROMPT = st.lists(st.one_of(TEXTS, st.sampled_from(["walk", "jump", "then", ",", "for", "2", "s", "slowly", "1e9", "frames", "twice"])), max_size=30).map(" ".join)
+PROMPT = st.lists(
+    st.one_of(
+        TEXTS,
+        st.sampled_from(
+            ["walk", "jump", "then", ",", "for", "2", "s", "slowly", "1e9", "frames", "twice"]
+        ),
+    ),
+    max_size=30,
+).map(" ".join)
 
 
 @given(PROMPT)
@@ -88,7 +122,19 @@ def test_prompts(text):
     owes_a_sentence(lambda: parse_prompt(text, Vocabulary.of(model().card)))
 
 
-DIRECTED = ["--path", "--pace", "--heading", "--hold", "--start-pose", "--end-pose", "--keyframes", "--speed", "--seconds", "--fps", "--action"]
+DIRECTED = [
+    "--path",
+    "--pace",
+    "--heading",
+    "--hold",
+    "--start-pose",
+    "--end-pose",
+    "--keyframes",
+    "--speed",
+    "--seconds",
+    "--fps",
+    "--action",
+]
 WORDS = st.one_of(
     NUMBERS.map(str).map(lambda text: text[:400]),
     POINTS.map(lambda points: " ".join(f"{float(x) if abs(x) < 1e308 else x},{y}"[:60] for x, y in points)),
@@ -101,13 +147,23 @@ WORDS = st.one_of(
 @given(st.lists(st.tuples(st.sampled_from(DIRECTED), WORDS), min_size=1, max_size=3))
 def test_directed_motions(words):
     with tempfile.TemporaryDirectory() as folder:
-        base = ["motion", "--action=walk", "--model=cmu-fine", "--seconds=1", f"--out={folder}/a.npz"]
+        base = [
+            "motion",
+            "--action=walk",
+            "--model=cmu-fine",
+            "--seconds=1",
+            f"--out={folder}/a.npz",
+        ]
         owes_a_sentence(lambda: end([*base, *(f"{name}={value}" for name, value in words)]))
         assert {path.name for path in Path(folder).iterdir()} <= {"a.npz"}
         are_whole(Path(folder), "a.npz", read_motion)
 
 
-@given(st.sampled_from(["humanact12", "humanact12-plain", "cmu-fine"]).flatmap(lambda name: trees(read_metadata(model(name).path, ("a2v-flow/1", "a2v-motion/1"), "model"))))
+@given(
+    st.sampled_from(["humanact12", "humanact12-plain", "cmu-fine"]).flatmap(
+        lambda name: trees(read_metadata(model(name).path, ("a2v-flow/1", "a2v-motion/1"), "model"))
+    )
+)
 def test_descriptions_of_models(tree):
     owes_a_sentence(lambda: parse_card(tree if isinstance(tree, dict) else {}, Path("model.onnx")))
 
@@ -116,7 +172,10 @@ def checkpoint() -> bytes:
     import torch
 
     buffer = io.BytesIO()
-    torch.save({"model": {"a": torch.zeros(3, 4), "b": torch.ones(2, dtype=torch.float16)}, "name": "x"}, buffer)
+    torch.save(
+        {"model": {"a": torch.zeros(3, 4), "b": torch.ones(2, dtype=torch.float16)}, "name": "x"},
+        buffer,
+    )
     return buffer.getvalue()
 
 

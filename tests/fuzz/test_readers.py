@@ -1,4 +1,5 @@
-"""Every reader of files from outside, on hostile variants of good files: a value or one sentence, nothing else."""
+"""Every reader of files from outside, on hostile variants of good files: a value or one sentence,
+nothing else."""
 
 from __future__ import annotations
 
@@ -33,7 +34,16 @@ from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras
 from a2v.rendering.looks import read_look
-from a2v.types import Body, Character, Motion, OrthographicCamera, PhotoCamera, RenderSettings, Subject, Surface
+from a2v.types import (
+    Body,
+    Character,
+    Motion,
+    OrthographicCamera,
+    PhotoCamera,
+    RenderSettings,
+    Subject,
+    Surface,
+)
 from pipelines.cli import main
 from pipelines.nodes.values import Blob, Pose, Poses
 from tests.support.glb import glb
@@ -45,7 +55,9 @@ def written(content: bytes | str, suffix: str, read: Callable[[Path], object]) -
     """Put `content` into a file for `read`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"file{suffix}"
-        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
+        path.write_bytes(
+            content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+        )
         owes_a_sentence(lambda: read(path))
 
 
@@ -58,7 +70,15 @@ def saved(content: dict[str, np.ndarray]) -> bytes:
 # ------------------------------------------------------------------------------------------------------------------ records
 
 ZEROS = np.zeros((4, 20, 3), np.float32)
-MOTION = Motion(joints=ZEROS, rotations=ZEROS, root=ZEROS[:, 0], fps=12.0, parents=CMU.parents, joint_names=CMU.joint_names, skeleton="cmu")
+MOTION = Motion(
+    joints=ZEROS,
+    rotations=ZEROS,
+    root=ZEROS[:, 0],
+    fps=12.0,
+    parents=CMU.parents,
+    joint_names=CMU.joint_names,
+    skeleton="cmu",
+)
 SURFACE = Surface(vertices=ZEROS[0, :3], faces=np.array([[0, 1, 2]], np.int32), colors=ZEROS[0, :3])
 BODY = Body(
     model="anny", parameters={"shape": np.zeros(2, np.float32)}, vertices=ZEROS[0, :3], faces=np.array([[0, 1, 2]], np.int32),
@@ -110,7 +130,9 @@ CLIP = {"Loop": "wrap", "Frames": [[0.03, 0, 1, 0, *[1.0] * (_FRAME - 4)] for _ 
 
 @given(retold(BVH), st.sampled_from([None, 0.1, 30.0, 1000.0]))
 def test_bvh(text, fps):
-    owes_a_sentence(lambda: read_bvh(text.encode("utf-8", "surrogatepass"), fps=fps, person=fps is None))
+    owes_a_sentence(
+        lambda: read_bvh(text.encode("utf-8", "surrogatepass"), fps=fps, person=fps is None)
+    )
 
 
 @given(edited(BVH.encode()))
@@ -150,7 +172,14 @@ def test_archives_of_data_sets(data):
     written(data, ".zip", read)
 
 
-TRACK = {1: {"joints3d": np.zeros((3, 49, 3), np.float32), "frame_ids": np.arange(3), "bbox": [1.5, "text", None], "raw": bytearray(b"ab")}}
+TRACK = {
+    1: {
+        "joints3d": np.zeros((3, 49, 3), np.float32),
+        "frame_ids": np.arange(3),
+        "bbox": [1.5, "text", None],
+        "raw": bytearray(b"ab"),
+    }
+}
 
 
 @given(st.integers(2, 5).flatmap(lambda protocol: edited(pickle.dumps(TRACK, protocol))))
@@ -174,7 +203,12 @@ def test_body_models(content):
 
 # ------------------------------------------------------------------------------------------------------------------ pictures, cameras, settings
 
-POINTS = {"version": 1.3, "people": [{"pose_keypoints_2d": [float(i) for i in range(75)], "hand_left_keypoints_2d": [1.0] * 63}]}
+POINTS = {
+    "version": 1.3,
+    "people": [
+        {"pose_keypoints_2d": [float(i) for i in range(75)], "hand_left_keypoints_2d": [1.0] * 63}
+    ],
+}
 
 
 @given(trees(POINTS))
@@ -195,19 +229,34 @@ CORRECTIONS = {
 
 @given(trees(CORRECTIONS))
 def test_corrections(tree):
-    owes_a_sentence(lambda: draw_strokes(np.zeros((9, 9), np.float32), read_corrections(json.dumps(tree).encode(), "x").in_pixels(9, 9).strokes))
+    owes_a_sentence(
+        lambda: draw_strokes(
+            np.zeros((9, 9), np.float32),
+            read_corrections(json.dumps(tree).encode(), "x").in_pixels(9, 9).strokes,
+        )
+    )
 
 
 LOOK = "sun: [1.2, 1.0, 0.8]\nzenith: [0.4, 0.6, 0.8]\nhaze: 0.25\nsun_direction: [0.7, 0.9, 0.8]\nbounces: 2\n"
 CAMERAS = "hero: {azimuth: 30, elevation: 12, fov: 35}\norbit:\n  turn: 360\n  distance: 4\n  follow: false\ntripod: {origin: [2.5, 1.5, 3.0], target: [0, 0.9, 0]}\n"
 
 
-@given(st.one_of(retold(CAMERAS), trees({"hero": {"azimuth": 30, "origin": [1, 2, 3], "follow": True}}).map(json.dumps)))
+@given(
+    st.one_of(
+        retold(CAMERAS),
+        trees({"hero": {"azimuth": 30, "origin": [1, 2, 3], "follow": True}}).map(json.dumps),
+    )
+)
 def test_cameras(text):
     written(text, ".yaml", read_cameras)
 
 
-@given(st.one_of(retold(LOOK), trees({"sun": [1, 0.5, 0.2], "zenith": None, "bounces": 2, "haze": 0.3}).map(json.dumps)))
+@given(
+    st.one_of(
+        retold(LOOK),
+        trees({"sun": [1, 0.5, 0.2], "zenith": None, "bounces": 2, "haze": 0.3}).map(json.dumps),
+    )
+)
 def test_looks(text):
     written(text, ".yaml", read_look)
 
@@ -216,7 +265,11 @@ MHCLO = "obj_file a.obj\nx_scale 0 1 2.0\nmaterial a.mhmat\nz_depth 5\nverts 0\n
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nf 1/1 2/2 3/2\n"
 
 
-@given(retold(MHCLO), retold(OBJ), st.sampled_from([b"diffuseTexture a.png\n", b"diffuseTexture ../../a.png\n", b""]))
+@given(
+    retold(MHCLO),
+    retold(OBJ),
+    st.sampled_from([b"diffuseTexture a.png\n", b"diffuseTexture ../../a.png\n", b""]),
+)
 def test_makehuman(clothes, mesh, material):
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as made:
@@ -239,9 +292,28 @@ def test_texture_coordinates(content):
 SETTINGS = "action: Walk\nframes: 9\nseed: 1\ncount: 2\n"
 
 
-@given(st.one_of(retold(SETTINGS).map(lambda text: text.encode("utf-8", "surrogatepass")), edited(SETTINGS.encode())))
+@given(
+    st.one_of(
+        retold(SETTINGS).map(lambda text: text.encode("utf-8", "surrogatepass")),
+        edited(SETTINGS.encode()),
+    )
+)
 def test_settings(data):
-    written(data, ".yaml", lambda path: main(["motion", "--config", str(path), "--model", "none", "--out", str(path.with_suffix(".npz"))]))
+    written(
+        data,
+        ".yaml",
+        lambda path: main(
+            [
+                "motion",
+                "--config",
+                str(path),
+                "--model",
+                "none",
+                "--out",
+                str(path.with_suffix(".npz")),
+            ]
+        ),
+    )
 
 
 def picture(form: str, mode: str = "RGB") -> bytes:
@@ -291,7 +363,9 @@ ANSWERS = {
 def test_surveys(key, answers):
     def read(path: Path) -> None:
         path.with_suffix(".a").write_text(json.dumps(answers))
-        survey_table(analyse(found := read_key(path), [read_answers(path.with_suffix(".a"), found)]))
+        survey_table(
+            analyse(found := read_key(path), [read_answers(path.with_suffix(".a"), found)])
+        )
 
     written(json.dumps(key), ".json", read)
 
@@ -314,8 +388,35 @@ def test_avatars(tree, binary):
     written(glb(tree, binary), ".glb", load_avatar)
 
 
-BONES = ("hips", "spine", "neck", "head", *(f"{side}{name}" for side in ("left", "right") for name in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")))
-PLACES = ([0, 1, 0], [0, 0.2, 0], [0, 0.3, 0], [0, 0.1, 0], *(place for side in (1, -1) for place in ([0.1 * side, 0, 0], [0, -0.4, 0], [0, -0.4, 0], [0.2 * side, 0.3, 0], [0.3 * side, 0, 0], [0.3 * side, 0, 0])))
+BONES = (
+    "hips",
+    "spine",
+    "neck",
+    "head",
+    *(
+        f"{side}{name}"
+        for side in ("left", "right")
+        for name in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")
+    ),
+)
+PLACES = (
+    [0, 1, 0],
+    [0, 0.2, 0],
+    [0, 0.3, 0],
+    [0, 0.1, 0],
+    *(
+        place
+        for side in (1, -1)
+        for place in (
+            [0.1 * side, 0, 0],
+            [0, -0.4, 0],
+            [0, -0.4, 0],
+            [0.2 * side, 0.3, 0],
+            [0.3 * side, 0, 0],
+            [0.3 * side, 0, 0],
+        )
+    ),
+)
 ABOVE = (-1, 0, 1, 2, 0, 4, 5, 1, 7, 8, 0, 10, 11, 1, 13, 14)
 PERSON = {
     "nodes": [*({"name": name, "translation": place, "children": [child for child, parent in enumerate(ABOVE) if parent == number]} for number, (name, place) in enumerate(zip(BONES, PLACES, strict=True))), {"mesh": 0, "skin": 0}],
@@ -342,5 +443,9 @@ def test_a_whole_character_of_others_is_read(tmp_path):
     """What `test_characters_of_others` breaks is read when it is whole."""
     (tmp_path / "whole.glb").write_bytes(glb(PERSON, bytes(range(256)) * 2))
     person = read_person(tmp_path / "whole.glb")
-    write_person(tmp_path / "out.glb", person, {"still": (person.body.rest_transforms[None].astype(float), 30.0)})
+    write_person(
+        tmp_path / "out.glb",
+        person,
+        {"still": (person.body.rest_transforms[None].astype(float), 30.0)},
+    )
     assert len(read_person(tmp_path / "out.glb").nodes) == 16

@@ -1,4 +1,5 @@
-"""Requests to the page, hostile ones: each is answered, none is a defect, and the list of what there is stays readable."""
+"""Requests to the page, hostile ones: each is answered, none is a defect, and the list of what
+there is stays readable."""
 
 from __future__ import annotations
 
@@ -22,16 +23,30 @@ from tests.support.page import ready
 from tests.support.uploads import hostile_uploads, picture
 
 TOKEN = "token"
-WISH = {"action": "Walk", "model": "cmu", "seconds": 2.0, "seed": 1, "size": 240, "views": ["front"], "background": "stage"}
+WISH = {
+    "action": "Walk",
+    "model": "cmu",
+    "seconds": 2.0,
+    "seed": 1,
+    "size": 240,
+    "views": ["front"],
+    "background": "stage",
+}
 HEADERS = {"host": "127.0.0.1:8000", "content-type": "application/json"}
 LOOP = asyncio.new_event_loop()
 """Of all requests: the process that opens photos belongs to it."""
-DEEP = st.sampled_from([700, 900, 990, 5000]).map(lambda levels: b'{"model": ' + b"[" * levels + b"]" * levels + b"}")
+DEEP = st.sampled_from([700, 900, 990, 5000]).map(
+    lambda levels: b'{"model": ' + b"[" * levels + b"]" * levels + b"}"
+)
 
 
-def answer(app: Any, method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None) -> tuple[int, bytes]:
+def answer(
+    app: Any, method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None
+) -> tuple[int, bytes]:
     """Status and body of a request, by ASGI itself."""
-    path, _, query = path.encode("utf-8", "replace").decode().partition("?")  # as uvicorn decodes it
+    path, _, query = (
+        path.encode("utf-8", "replace").decode().partition("?")
+    )  # as uvicorn decodes it
     scope = {
         "type": "http", "http_version": "1.1", "method": method, "scheme": "http", "path": f"/{TOKEN}{path}", "raw_path": b"", "root_path": "",
         "query_string": query.encode("utf-8", "surrogatepass"), "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 8000),
@@ -62,10 +77,19 @@ def page() -> Iterator[tuple[Any, str, str]]:
         yield make_app(desk, TOKEN, lambda: None), photo.id, job.id
         LOOP.run_until_complete(desk.close())
         places = ("photos", "jobs", "incoming", "removed")
-        assert {path.name for place in places for path in (Path(folder) / place).glob("*")} == {photo.id, job.id}
+        assert {path.name for place in places for path in (Path(folder) / place).glob("*")} == {
+            photo.id,
+            job.id,
+        }
 
 
-def is_answered(page: tuple[Any, str, str], method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None) -> None:
+def is_answered(
+    page: tuple[Any, str, str],
+    method: str,
+    path: str,
+    body: bytes = b"",
+    headers: dict[str, str] | None = None,
+) -> None:
     app = page[0]
 
     def ask() -> None:
@@ -80,19 +104,31 @@ def is_answered(page: tuple[Any, str, str], method: str, path: str, body: bytes 
     owes_a_sentence(ask)
 
 
-BODIES = st.one_of(VALUES.map(lambda value: json.dumps(value).encode()), DEEP, st.binary(max_size=40), TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")))
+BODIES = st.one_of(
+    VALUES.map(lambda value: json.dumps(value).encode()),
+    DEEP,
+    st.binary(max_size=40),
+    TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")),
+)
 
 
 @given(data=st.data())
 def test_words(page, data):
-    said = trees({"model": "cmu", "text": "walk, then jump for 2 s"}).map(lambda tree: json.dumps(tree).encode())
+    said = trees({"model": "cmu", "text": "walk, then jump for 2 s"}).map(
+        lambda tree: json.dumps(tree).encode()
+    )
     is_answered(page, "POST", "/api/words", data.draw(st.one_of(said, BODIES)))
 
 
 @given(data=st.data())
 def test_jobs(page, data):
     """What is wished for is nearly right; a job that is taken is removed again."""
-    body = data.draw(st.one_of(trees({"photo": page[1], "wish": WISH}).map(lambda tree: json.dumps(tree).encode()), BODIES))
+    body = data.draw(
+        st.one_of(
+            trees({"photo": page[1], "wish": WISH}).map(lambda tree: json.dumps(tree).encode()),
+            BODIES,
+        )
+    )
     is_answered(page, "POST", "/api/jobs", body)
     jobs = json.loads(answer(page[0], "GET", "/api/state")[1])["jobs"]
     for job in (job for job in jobs if job["id"] != page[2]):
@@ -102,7 +138,23 @@ def test_jobs(page, data):
 
 PLACES = ["/api/{}", "/page/{}", "/photos/{}/{}", "/jobs/{}/{}", "/jobs/{}/all.zip", "/api/photos/{}/again", "/api/jobs/{}/cancel", "/{}", "/page/../{}",
           "/photos/../../{}", "/jobs/{}/../{}", "/jobs/{}/video.mp4?download={}"]  # fmt: skip
-NAMES = st.one_of(TEXTS, st.sampled_from(["..", ".", "%2e%2e", "photo.jpg", "record.json", "video.mp4", "\0", "a" * 3000, "..%2f..%2f", "original"]))
+NAMES = st.one_of(
+    TEXTS,
+    st.sampled_from(
+        [
+            "..",
+            ".",
+            "%2e%2e",
+            "photo.jpg",
+            "record.json",
+            "video.mp4",
+            "\0",
+            "a" * 3000,
+            "..%2f..%2f",
+            "original",
+        ]
+    ),
+)
 
 
 @given(data=st.data())
@@ -111,8 +163,22 @@ def test_addresses(page, data):
     place = data.draw(st.sampled_from(PLACES))
     path = place.format(*(data.draw(names) for _ in range(place.count("{}"))))
     method = data.draw(st.sampled_from(["GET", "POST", "HEAD", "PUT", "PATCH", "X" * 200]))
-    header = data.draw(st.sampled_from(["range", "origin", "host", "content-length", "if-range", "cookie", "sec-fetch-site"]))
-    app, written = page[0], data.draw(st.one_of(TEXTS, st.sampled_from(["bytes=0-", "bytes=-1,-1,-1", "bytes=" + "0-1," * 500, "bytes=9-1", "-1"])))
+    header = data.draw(
+        st.sampled_from(
+            ["range", "origin", "host", "content-length", "if-range", "cookie", "sec-fetch-site"]
+        )
+    )
+    app, written = (
+        page[0],
+        data.draw(
+            st.one_of(
+                TEXTS,
+                st.sampled_from(
+                    ["bytes=0-", "bytes=-1,-1,-1", "bytes=" + "0-1," * 500, "bytes=9-1", "-1"]
+                ),
+            )
+        ),
+    )
 
     def ask() -> None:
         status, _ = answer(app, method, path, headers={header: written.replace("\n", " ")})

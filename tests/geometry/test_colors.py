@@ -8,7 +8,9 @@ from a2v.geometry.colors import linear_to_srgb, srgb_bytes, srgb_to_linear, to_b
 
 
 def test_the_table_is_the_curve() -> None:
-    linear = np.concatenate([np.linspace(-0.1, 1.2, 400_001), np.geomspace(1e-7, 1, 100_001)]).astype(np.float32)
+    linear = np.concatenate(
+        [np.linspace(-0.1, 1.2, 400_001), np.geomspace(1e-7, 1, 100_001)]
+    ).astype(np.float32)
     off = srgb_bytes(linear).astype(int) - to_bytes(linear_to_srgb(linear))
     assert np.abs(off).max() <= 1
     assert (off != 0).mean() < 0.01

@@ -12,7 +12,8 @@ from a2v.geometry.simplify import simplify
 
 
 def ball() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A sphere whose front and back half are charts of their own: vertices, faces and texture coordinates."""
+    """A sphere whose front and back half are charts of their own: vertices, faces and texture
+    coordinates."""
     mesh = trimesh.creation.icosphere(4)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     front = vertices[faces].mean(axis=1)[:, 2] > 0
@@ -32,11 +33,14 @@ def test_what_is_left_is_a_closed_part_of_the_given_mesh() -> None:
     assert is_closed(points, result.faces)
     small = trimesh.Trimesh(points, result.faces, process=False)
     assert small.volume > 0.97 * trimesh.Trimesh(vertices, faces, process=False).volume
-    assert (np.einsum("fa,fa->f", small.face_normals, points[result.faces].mean(axis=1)) > 0).all()  # nothing is turned over
+    assert (
+        np.einsum("fa,fa->f", small.face_normals, points[result.faces].mean(axis=1)) > 0
+    ).all()  # nothing is turned over
 
 
 def test_corners_stay_in_their_charts() -> None:
-    """Each corner's texture coordinates are those of its own vertex, in one chart for all corners of a face."""
+    """Each corner's texture coordinates are those of its own vertex, in one chart for all corners
+    of a face."""
     vertices, faces, uv = ball()
     result = simplify(vertices, faces, 800, uv=uv)
     points, own = vertices[result.kept][result.faces], uv.reshape(-1, 2)[result.corners]
@@ -55,11 +59,17 @@ def test_important_and_locked_vertices_stay() -> None:
 
 
 def test_an_open_sheet_keeps_its_border() -> None:
-    grid = np.stack(np.meshgrid(np.linspace(0, 1, 21), np.linspace(0, 1, 21)), axis=-1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(np.linspace(0, 1, 21), np.linspace(0, 1, 21)), axis=-1).reshape(
+        -1, 2
+    )
     vertices = np.column_stack([grid, np.zeros(len(grid))])
     cells = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
-    faces = np.concatenate([np.stack([cells, cells + 1, cells + 22], 1), np.stack([cells, cells + 22, cells + 21], 1)])
+    faces = np.concatenate(
+        [np.stack([cells, cells + 1, cells + 22], 1), np.stack([cells, cells + 22, cells + 21], 1)]
+    )
     result = simplify(vertices, faces, 60)
-    assert trimesh.Trimesh(vertices[result.kept], result.faces, process=False).area == pytest.approx(1, abs=1e-6)
+    assert trimesh.Trimesh(
+        vertices[result.kept], result.faces, process=False
+    ).area == pytest.approx(1, abs=1e-6)
     with pytest.raises(InputError, match="3 triangles"):
         simplify(vertices, faces, 3)

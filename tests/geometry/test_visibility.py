@@ -38,11 +38,17 @@ def test_what_lies_behind_is_hidden() -> None:
     covered = np.abs(far.vertices[:, :2]).max(axis=1) < 0.09
     assert covered.any()
     assert not seen[front & covered].any()
-    assert seen[front & (far.vertices[:, 0] > 0.12) & (far.vertices[:, 0] < 0.24) & (np.abs(far.vertices[:, 1]) < 0.19)].all()
+    assert seen[
+        front
+        & (far.vertices[:, 0] > 0.12)
+        & (far.vertices[:, 0] < 0.24)
+        & (np.abs(far.vertices[:, 1]) < 0.19)
+    ].all()
 
 
 def test_projection_conventions() -> None:
-    """A point of the surface lands on its pixel: up is a smaller row, the person's left (+x) a larger column."""
+    """A point of the surface lands on its pixel: up is a smaller row, the person's left (+x) a
+    larger column."""
     mesh = cube((0.3, 0.5, 0.0), 0.2)
     depth = depth_map(mesh.vertices, mesh.faces, CAMERA, (140, 120))
     rows, columns = np.nonzero(np.isfinite(depth))
@@ -52,7 +58,9 @@ def test_projection_conventions() -> None:
     mask = np.zeros((120, 140), np.float32)
     mask[30:50, 80:100] = 1
     assert silhouette_iou(mesh.vertices, mesh.faces, CAMERA, mask) == 1.0
-    assert silhouette_iou(mesh.vertices, mesh.faces, CAMERA, np.roll(mask, 10, axis=1)) == pytest.approx(1 / 3)
+    assert silhouette_iou(
+        mesh.vertices, mesh.faces, CAMERA, np.roll(mask, 10, axis=1)
+    ) == pytest.approx(1 / 3)
 
 
 def test_normals_point_outwards() -> None:
@@ -81,7 +89,10 @@ def test_signed_distance_of_overlapping_balls() -> None:
     grid = Grid(np.array([-0.4, -0.4, -0.4]), 0.02, (55, 41, 41))
     inside = winding_inside(both.vertices, both.faces, grid)
     points = np.stack(np.meshgrid(*(grid.axis(i) for i in range(3)), indexing="ij"), axis=-1)
-    truth = np.minimum(np.linalg.norm(points, axis=-1), np.linalg.norm(points - (0.25, 0, 0), axis=-1)) - 0.3
+    truth = (
+        np.minimum(np.linalg.norm(points, axis=-1), np.linalg.norm(points - (0.25, 0, 0), axis=-1))
+        - 0.3
+    )
     sure = np.abs(truth) > 0.004
     assert np.array_equal(inside[sure], (truth < 0)[sure])
     one = signed_distance(a.vertices, a.faces, grid)
@@ -91,9 +102,15 @@ def test_signed_distance_of_overlapping_balls() -> None:
 
 
 def test_atlas_is_one_to_one() -> None:
-    """Each texel belongs to the face that it claims, charts do not overlap, and nearly every face has texels."""
+    """Each texel belongs to the face that it claims, charts do not overlap, and nearly every face
+    has texels."""
     rng = np.random.default_rng(0)
-    mesh = trimesh.util.concatenate([cube((0, 0, 0)), trimesh.creation.icosphere(3, radius=0.2).apply_translation((0.1, 0.1, 0.5))])
+    mesh = trimesh.util.concatenate(
+        [
+            cube((0, 0, 0)),
+            trimesh.creation.icosphere(3, radius=0.2).apply_translation((0.1, 0.1, 0.5)),
+        ]
+    )
     atlas = make_atlas(mesh.vertices, mesh.faces.astype(np.int64), size=512, density=1000.0)
     assert atlas.uv.min() >= 0
     assert atlas.uv.max() <= 1
@@ -108,7 +125,9 @@ def test_atlas_is_one_to_one() -> None:
     sides = corners[:, 1:] - corners[:, :1]
     area = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) / 2
     covered = (atlas.face >= 0).sum()
-    assert covered == pytest.approx(area.sum(), rel=0.05)  # overlapping charts would cover less than their areas' sum
+    assert covered == pytest.approx(
+        area.sum(), rel=0.05
+    )  # overlapping charts would cover less than their areas' sum
 
 
 def test_face_neighbors_of_a_closed_mesh() -> None:

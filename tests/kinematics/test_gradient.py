@@ -11,12 +11,19 @@ from a2v.kinematics.gradient import ChainPlan, local_kinematics
 
 @pytest.mark.parametrize("name", sorted(SKELETONS))
 @pytest.mark.parametrize(("dtype", "tolerance"), [(torch.float64, 1e-12), (torch.float32, 2e-5)])
-def test_values_and_gradients_are_autograds(name: str, dtype: torch.dtype, tolerance: float) -> None:
+def test_values_and_gradients_are_autograds(
+    name: str, dtype: torch.dtype, tolerance: float
+) -> None:
     skeleton = SKELETONS[name]
     generator = torch.Generator().manual_seed(0)
     rotations = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)
     # no turn at all, hardly any, where the series begins, and more than half a turn
-    rotations[0], rotations[1], rotations[2], rotations[3] = 0, rotations[1] * 1e-7, rotations[2] * 0.25, rotations[3] * 3
+    rotations[0], rotations[1], rotations[2], rotations[3] = (
+        0,
+        rotations[1] * 1e-7,
+        rotations[2] * 0.25,
+        rotations[3] * 3,
+    )
     rotations.requires_grad_()
     lengths = torch.rand(7, skeleton.n_joints, dtype=dtype, generator=generator)
     weights = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)

@@ -18,18 +18,27 @@ TOES = [leg[3] for leg in legs_of(CMU)]
 
 
 def walker(*, slide: float = 0.0, seconds: float = 4.0, apart: float = 0.0) -> FloatArray:
-    """A walk (T, J, 3) along +z at 1.2 m/s whose standing feet slide along with `slide` m/s, the left toe `apart` metres over the right one's floor."""
+    """A walk (T, J, 3) along +z at 1.2 m/s whose standing feet slide along with `slide` m/s, the
+    left toe `apart` metres over the right one's floor."""
     clock = np.arange(round(seconds * FPS)) / FPS
     joints = np.zeros((len(clock), CMU.n_joints, 3))
     root = np.stack([0 * clock, 0.88 + 0 * clock, 1.2 * clock], axis=-1)
     for joint, name in enumerate(CMU.joint_names):
         side = 0.1 if name.startswith("left") else -0.1 if name.startswith("right") else 0.0
-        joints[:, joint] = root + np.array([side, 0.0 if "hip" in name or name == "pelvis" else 0.4, 0])
-    for (hip, knee, ankle, toe), begin, up in zip(legs_of(CMU), (0.0, 0.5), (apart, 0.0), strict=True):
+        joints[:, joint] = root + np.array(
+            [side, 0.0 if "hip" in name or name == "pelvis" else 0.4, 0]
+        )
+    for (hip, knee, ankle, toe), begin, up in zip(
+        legs_of(CMU), (0.0, 0.5), (apart, 0.0), strict=True
+    ):
         phase = np.mod(clock + begin, 1.0)  # stands for .6 s, swings for .4
         step = np.floor(clock + begin)
         swing = np.clip((phase - 0.6) / 0.4, 0, 1)
-        place = 1.2 * (step - begin + 0.3) + slide * (np.minimum(phase, 0.6) - 0.3) + (1.2 - 0.0 * slide) * (swing * swing * (3 - 2 * swing))
+        place = (
+            1.2 * (step - begin + 0.3)
+            + slide * (np.minimum(phase, 0.6) - 0.3)
+            + (1.2 - 0.0 * slide) * (swing * swing * (3 - 2 * swing))
+        )
         place += slide * swing * (-0.6)
         rise = 0.12 * np.sin(np.pi * swing)
         joints[:, toe] = np.stack([joints[:, hip, 0], up + rise, place + 0.12], axis=-1)
@@ -61,7 +70,10 @@ def test_feet_that_slide_stand(slide: float) -> None:
     np.testing.assert_allclose(bone_lengths(planted, CMU), bone_lengths(joints, CMU), atol=1e-4)
     # without a jerk: no joint of a leg is thrown farther than it was
     legs = [joint for leg in legs_of(CMU) for joint in leg[1:]]
-    jolt = [np.linalg.norm(np.diff(clip[:, legs], 2, axis=0), axis=-1).max() * FPS**2 for clip in (joints, planted)]
+    jolt = [
+        np.linalg.norm(np.diff(clip[:, legs], 2, axis=0), axis=-1).max() * FPS**2
+        for clip in (joints, planted)
+    ]
     assert jolt[1] < max(1.5 * jolt[0], 100)
 
 
@@ -98,7 +110,9 @@ def test_the_path_is_kept_where_it_is_asked_for() -> None:
     joints = walker(slide=0.3)
     stays = np.zeros(len(joints))
     stays[40:44] = 1
-    planted = plant_feet(joints, CMU, FPS, settings=dataclasses.replace(PLANT, carry=0.0), stays=stays)
+    planted = plant_feet(
+        joints, CMU, FPS, settings=dataclasses.replace(PLANT, carry=0.0), stays=stays
+    )
     np.testing.assert_allclose(planted[:, 0, [0, 2]], joints[:, 0, [0, 2]], atol=1e-5)
     np.testing.assert_allclose(planted[40:44], joints[40:44], atol=2e-2)
 

@@ -22,14 +22,23 @@ def test_resampling_keeps_shared_frames_and_bones() -> None:
 def test_a_single_frame_is_its_own_neighbour() -> None:
     quats = np.eye(4)[None]
     np.testing.assert_array_equal(continuous(quats), quats)
-    np.testing.assert_array_equal(continuous(np.concatenate([quats, -quats])), np.concatenate([quats, quats]))
+    np.testing.assert_array_equal(
+        continuous(np.concatenate([quats, -quats])), np.concatenate([quats, quats])
+    )
 
 
 def test_a_start_from_rest_overshoots_little() -> None:
     motion = random_clip(HUMANACT12, frames=21)
     order = [0] * 8 + list(range(13))
-    still = dataclasses.replace(motion, joints=motion.joints[order], rotations=motion.rotations[order], root=motion.root[order])
-    away = np.linalg.norm(resample_motion(still, 60.0).joints[:24] - motion.joints[0], axis=-1).max(1)
+    still = dataclasses.replace(
+        motion,
+        joints=motion.joints[order],
+        rotations=motion.rotations[order],
+        root=motion.root[order],
+    )
+    away = np.linalg.norm(resample_motion(still, 60.0).joints[:24] - motion.joints[0], axis=-1).max(
+        1
+    )
     step = np.linalg.norm(motion.joints[1] - motion.joints[0], axis=-1).max()
     assert away[18:].max() < 0.2 * step
     assert away[:12].max() < 0.02 * step

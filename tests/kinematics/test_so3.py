@@ -29,13 +29,19 @@ def rotvecs(seed=0, n=500):
     rng = np.random.default_rng(seed)
     axes = rng.normal(size=(n, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    angles = np.concatenate([rng.uniform(0, np.pi - 1e-3, n - 60), np.geomspace(1e-9, 0.2, 59), [0.0]])
+    angles = np.concatenate(
+        [rng.uniform(0, np.pi - 1e-3, n - 60), np.geomspace(1e-9, 0.2, 59), [0.0]]
+    )
     return axes * angles[:, None]
 
 
 def test_exponential_agrees_with_scipy(make):
     w = rotvecs()
-    assert np.allclose(np.asarray(so3.rotvec_to_rotmat(make(w))), Rotation.from_rotvec(w).as_matrix(), atol=4 * make.tol)
+    assert np.allclose(
+        np.asarray(so3.rotvec_to_rotmat(make(w))),
+        Rotation.from_rotvec(w).as_matrix(),
+        atol=4 * make.tol,
+    )
 
 
 def test_exponential_is_a_rotation_and_inverse_is_transpose(make):
@@ -43,19 +49,25 @@ def test_exponential_is_a_rotation_and_inverse_is_transpose(make):
     rotmat = np.asarray(so3.rotvec_to_rotmat(w))
     assert np.allclose(rotmat @ rotmat.swapaxes(-1, -2), np.eye(3), atol=4 * make.tol)
     assert np.allclose(np.linalg.det(rotmat), 1, atol=8 * make.tol)
-    assert np.allclose(np.asarray(so3.rotvec_to_rotmat(-w)), rotmat.swapaxes(-1, -2), atol=4 * make.tol)
+    assert np.allclose(
+        np.asarray(so3.rotvec_to_rotmat(-w)), rotmat.swapaxes(-1, -2), atol=4 * make.tol
+    )
 
 
 def test_turns_about_one_axis_add(make):
     w = rotvecs()
     sum_of_two = so3.rotvec_to_rotmat(make(0.3 * w)) @ so3.rotvec_to_rotmat(make(0.7 * w))
-    assert np.allclose(np.asarray(sum_of_two), np.asarray(so3.rotvec_to_rotmat(make(w))), atol=8 * make.tol)
+    assert np.allclose(
+        np.asarray(sum_of_two), np.asarray(so3.rotvec_to_rotmat(make(w))), atol=8 * make.tol
+    )
 
 
 def test_logarithm_inverts_exponential(make):
     w = rotvecs()
     back = np.asarray(so3.rotmat_to_rotvec(so3.rotvec_to_rotmat(make(w))))
-    assert np.allclose(back, w, atol=200 * make.tol)  # near a half turn the axis is known to sqrt(eps) only
+    assert np.allclose(
+        back, w, atol=200 * make.tol
+    )  # near a half turn the axis is known to sqrt(eps) only
 
 
 def test_half_turns_come_back_as_half_turns(make):
@@ -71,8 +83,14 @@ def test_quaternion_round_trips_and_product(make):
     qa, qb = so3.rotvec_to_quat(make(a)), so3.rotvec_to_quat(make(b))
     assert np.allclose(np.asarray(so3.quat_to_rotvec(qa)), a, atol=200 * make.tol)
     product = so3.quat_to_rotmat(so3.quat_multiply(qa, qb))
-    assert np.allclose(np.asarray(product), np.asarray(so3.quat_to_rotmat(qa) @ so3.quat_to_rotmat(qb)), atol=10 * make.tol)
-    assert np.allclose(np.asarray(so3.rotmat_to_quat(so3.quat_to_rotmat(qa))), np.asarray(qa), atol=20 * make.tol)
+    assert np.allclose(
+        np.asarray(product),
+        np.asarray(so3.quat_to_rotmat(qa) @ so3.quat_to_rotmat(qb)),
+        atol=10 * make.tol,
+    )
+    assert np.allclose(
+        np.asarray(so3.rotmat_to_quat(so3.quat_to_rotmat(qa))), np.asarray(qa), atol=20 * make.tol
+    )
 
 
 def test_slerp_ends_and_middle(make):
@@ -87,15 +105,23 @@ def test_slerp_ends_and_middle(make):
 
 def test_hat_is_the_cross_product(make):
     a, b = rotvecs(1), rotvecs(2)
-    assert np.allclose((np.asarray(so3.hat(make(a))) @ b[..., None])[..., 0], np.cross(a, b), atol=10 * make.tol)
+    assert np.allclose(
+        (np.asarray(so3.hat(make(a))) @ b[..., None])[..., 0], np.cross(a, b), atol=10 * make.tol
+    )
 
 
 def test_swing_turns_source_into_target_by_the_least_angle(make):
     a, b = np.random.default_rng(4).normal(size=(2, 500, 3))
     swing = so3.swing_between(make(a), make(b))
     turned = (np.asarray(so3.rotvec_to_rotmat(swing)) @ a[..., None])[..., 0]
-    assert np.allclose(turned / np.linalg.norm(turned, axis=1)[:, None], b / np.linalg.norm(b, axis=1)[:, None], atol=50 * make.tol)
-    angle = np.arccos(np.clip((a * b).sum(1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1), -1, 1))
+    assert np.allclose(
+        turned / np.linalg.norm(turned, axis=1)[:, None],
+        b / np.linalg.norm(b, axis=1)[:, None],
+        atol=50 * make.tol,
+    )
+    angle = np.arccos(
+        np.clip((a * b).sum(1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1), -1, 1)
+    )
     assert np.allclose(np.linalg.norm(np.asarray(swing), axis=1), angle, atol=1e-3)
 
 
@@ -107,7 +133,11 @@ def test_swing_of_opposite_and_of_zero_directions(make, axis):
 
 
 def test_gradients_are_exact_and_finite_at_the_identity():
-    w = torch.tensor([[0.0, 0, 0], [1e-5, 0, 0], [0.02, -0.01, 0.03], [1.0, 2.0, -0.5]], dtype=torch.float64, requires_grad=True)
+    w = torch.tensor(
+        [[0.0, 0, 0], [1e-5, 0, 0], [0.02, -0.01, 0.03], [1.0, 2.0, -0.5]],
+        dtype=torch.float64,
+        requires_grad=True,
+    )
     assert torch.autograd.gradcheck(so3.rotvec_to_rotmat, (w,))
     assert torch.autograd.gradcheck(so3.rotvec_to_quat, (w,))
     assert torch.autograd.gradcheck(lambda x: so3.rotmat_to_rotvec(so3.rotvec_to_rotmat(x)), (w,))

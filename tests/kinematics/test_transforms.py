@@ -40,7 +40,9 @@ def test_forward_agrees_with_the_plain_loop_of_equation_6(skeleton):
         turned = np.eye(3)
         for parent, joint in pairwise(chain):
             turned = turned @ rotvec_to_rotmat(rotations[joint])
-            expected[joint] = expected[parent] + turned @ (skeleton.rest_directions[joint] * lengths[joint])
+            expected[joint] = expected[parent] + turned @ (
+                skeleton.rest_directions[joint] * lengths[joint]
+            )
     assert np.allclose(forward_kinematics(rotations, root, lengths, skeleton), expected, atol=1e-12)
 
 
@@ -50,12 +52,16 @@ def test_inverse_then_forward_returns_the_joints(skeleton, dtype):
     rng = np.random.default_rng(1)
     joints = forward_kinematics(*random_pose(skeleton, rng), skeleton).astype(dtype)
     rotations = inverse_kinematics(joints, skeleton)
-    again = forward_kinematics(rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton)
+    again = forward_kinematics(
+        rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton
+    )
     assert rotations.dtype == again.dtype == np.dtype(dtype)
     assert np.abs(again - joints).max() < {"float32": 5e-6, "float64": 1e-12}[dtype]
 
 
-@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 1e-3, 1.0, np.pi - 1e-2, np.pi - 1e-5, np.pi - 1e-9, np.pi])
+@pytest.mark.parametrize(
+    "angle", [0.0, 1e-9, 1e-5, 1e-3, 1.0, np.pi - 1e-2, np.pi - 1e-5, np.pi - 1e-9, np.pi]
+)
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_bones_that_are_turned_right_back_still_point_where_they_did(angle, dtype):
     """From nothing at all to half a turn: axes are lost at both ends."""
@@ -66,10 +72,17 @@ def test_bones_that_are_turned_right_back_still_point_where_they_did(angle, dtyp
     sideways -= (sideways * rest).sum(-1, keepdims=True) * rest
     axes = np.cross(rest, sideways)
     axes /= np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
-    joints = forward_kinematics(angle * axes, np.zeros((100, 3)), np.full(skeleton.n_joints, 0.3), skeleton).astype(dtype)
-    for rotations in (inverse_kinematics(joints, skeleton), inverse_kinematics(torch.from_numpy(joints), skeleton).numpy()):
+    joints = forward_kinematics(
+        angle * axes, np.zeros((100, 3)), np.full(skeleton.n_joints, 0.3), skeleton
+    ).astype(dtype)
+    for rotations in (
+        inverse_kinematics(joints, skeleton),
+        inverse_kinematics(torch.from_numpy(joints), skeleton).numpy(),
+    ):
         assert np.linalg.norm(rotations, axis=-1).max() < np.pi + 1e-6
-        again = forward_kinematics(rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton)
+        again = forward_kinematics(
+            rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton
+        )
         # the axis of a bone that is all but turned back is known to the root of the precision
         assert np.abs(again - joints).max() < {"float32": 5e-4, "float64": 3e-8}[dtype]
 
@@ -86,14 +99,20 @@ def test_torch_equals_numpy_and_has_exact_gradients():
     rotations, root, lengths = random_pose(skeleton, np.random.default_rng(3), (2,))
     expected = forward_kinematics(rotations, root, lengths, skeleton)
     tensors = [torch.tensor(x, requires_grad=True) for x in (rotations, root, lengths)]
-    assert np.allclose(forward_kinematics(*tensors, skeleton).detach().numpy(), expected, atol=1e-12)
-    assert torch.autograd.gradcheck(lambda r, o, b: forward_kinematics(r, o, b, skeleton), tuple(tensors))
+    assert np.allclose(
+        forward_kinematics(*tensors, skeleton).detach().numpy(), expected, atol=1e-12
+    )
+    assert torch.autograd.gradcheck(
+        lambda r, o, b: forward_kinematics(r, o, b, skeleton), tuple(tensors)
+    )
 
 
 def test_zero_rotations_are_the_t_pose_facing_forward():
     skeleton = SKELETONS["humanact12"]
     pose = forward_kinematics(np.zeros((24, 3)), np.zeros(3), np.full(24, 0.2), skeleton)
-    assert pose[skeleton.index("left_wrist"), 0] > 0.5 > -0.5 > pose[skeleton.index("right_wrist"), 0]
+    assert (
+        pose[skeleton.index("left_wrist"), 0] > 0.5 > -0.5 > pose[skeleton.index("right_wrist"), 0]
+    )
     assert pose[skeleton.index("head"), 1] > 0 > pose[skeleton.index("left_ankle"), 1]
     assert pose[skeleton.index("left_foot"), 2] > pose[skeleton.index("left_ankle"), 2]
 
@@ -109,13 +128,24 @@ def test_zero_length_bones_are_harmless():
 @pytest.mark.parametrize("skeleton", SKELETON_LIST, ids=lambda s: s.name)
 def test_a_skeleton_rebuilt_from_its_parents_gives_the_same_positions(skeleton):
     order = np.argsort(
-        [len(str(_depth(skeleton.parents, j))) * 1000 + _depth(skeleton.parents, j) for j in range(skeleton.n_joints)], kind="stable"
+        [
+            len(str(_depth(skeleton.parents, j))) * 1000 + _depth(skeleton.parents, j)
+            for j in range(skeleton.n_joints)
+        ],
+        kind="stable",
     )
     rank = np.argsort(order)
     parents = [-1 if skeleton.parents[j] < 0 else int(rank[skeleton.parents[j]]) for j in order]
     rebuilt = skeleton_from_parents(parents, [skeleton.joint_names[j] for j in order])
-    joints = forward_kinematics(*random_pose(skeleton, np.random.default_rng(4)), skeleton)[..., order, :]
-    again = forward_kinematics(inverse_kinematics(joints, rebuilt), joints[..., 0, :], bone_lengths(joints, rebuilt), rebuilt)
+    joints = forward_kinematics(*random_pose(skeleton, np.random.default_rng(4)), skeleton)[
+        ..., order, :
+    ]
+    again = forward_kinematics(
+        inverse_kinematics(joints, rebuilt),
+        joints[..., 0, :],
+        bone_lengths(joints, rebuilt),
+        rebuilt,
+    )
     assert np.abs(again - joints).max() < 1e-12
 
 

@@ -33,12 +33,27 @@ def test_the_picture_shows_the_person_where_the_truth_has_them(data_dir):
     motion = MotionModel.load("cmu-fine").sample("Walk", frames=4, seed=1)
     film = shoot(avatar, motion, FilmSettings(width=160, height=120, seed=1))
     image = next(film.frames()).astype(float)
-    local = np.stack([(points[0] - film.path.places[0]) @ film.path.axes[0].T for points in film.joints.values()])
+    local = np.stack(
+        [(points[0] - film.path.places[0]) @ film.path.axes[0].T for points in film.joints.values()]
+    )
     pixels = film.path.focal * local[:, :2] / local[:, 2:] * [1, -1] + [80, 60]
     assert ((pixels > 0) & (pixels < [160, 120])).all()
-    far = dataclasses.replace(film, transforms=film.transforms + np.array([[0, 0, 0, 40.0], [0] * 4, [0] * 4, [0] * 4], np.float32))
+    far = dataclasses.replace(
+        film,
+        transforms=film.transforms
+        + np.array([[0, 0, 0, 40.0], [0] * 4, [0] * 4, [0] * 4], np.float32),
+    )
     changed = np.abs(image - next(far.frames())).max(axis=-1) > 25
-    chest = pixels[[list(film.joints).index(name) for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")]].mean(axis=0).astype(int)
+    chest = (
+        pixels[
+            [
+                list(film.joints).index(name)
+                for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
+            ]
+        ]
+        .mean(axis=0)
+        .astype(int)
+    )
     assert changed[chest[1] - 2 : chest[1] + 3, chest[0] - 2 : chest[0] + 3].mean() > 0.8
     assert changed.mean() < 0.25
 
@@ -50,7 +65,25 @@ def test_nobody_of_the_panel_is_in_training():
 
 
 def test_tables_have_the_means():
-    one = FilmScore("a", "walk", "still", 100, 1, 6.0, 12.0, 5.0, 7.0, 20.0, 8.0, 10.0, 1.0, 5.0, 100.0, 6.0, 8.0)
+    one = FilmScore(
+        "a",
+        "walk",
+        "still",
+        100,
+        1,
+        6.0,
+        12.0,
+        5.0,
+        7.0,
+        20.0,
+        8.0,
+        10.0,
+        1.0,
+        5.0,
+        100.0,
+        6.0,
+        8.0,
+    )
     text = "\n".join(film_tables([one, dataclasses.replace(one, name="b", error=8.0)]))
     assert "| walk | 2 | 100 | 7.0 |" in text
 

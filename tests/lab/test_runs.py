@@ -9,7 +9,16 @@ import pytest
 import torch
 
 from a2v.errors import InputError
-from a2v.lab.runs import NEWER, RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.runs import (
+    NEWER,
+    RateSchedule,
+    Run,
+    RunSettings,
+    Training,
+    carry_on,
+    identity,
+    read_checkpoint,
+)
 
 
 @dataclass(frozen=True)
@@ -39,7 +48,9 @@ def test_a_run_finds_what_it_saved(tmp_path):
     first = run_in(tmp_path)
     assert first.resume(["model"]) is None
     first._began -= 50
-    first.save({"model": {"w": torch.arange(3)}}, [{"iteration": 1.0}, {"iteration": 2.0, "loss": 0.5}])
+    first.save(
+        {"model": {"w": torch.arange(3)}}, [{"iteration": 1.0}, {"iteration": 2.0, "loss": 0.5}]
+    )
     second = run_in(tmp_path, threads=2)  # threads do not change what is learned
     content = second.resume(["model"])
     assert content is not None
@@ -48,14 +59,19 @@ def test_a_run_finds_what_it_saved(tmp_path):
     assert (tmp_path / "log.csv").read_text().split() == ["iteration,loss", "1.0,", "2.0,0.5"]
 
 
-@pytest.mark.parametrize(("other", "reason"), [({"width": 4}, "width=3, not 4"), ({"digest": "x"}, "dataset_digest=abc, not x")])
+@pytest.mark.parametrize(
+    ("other", "reason"),
+    [({"width": 4}, "width=3, not 4"), ({"digest": "x"}, "dataset_digest=abc, not x")],
+)
 def test_other_settings_or_data_are_refused(tmp_path, other, reason):
     run_in(tmp_path).save({"model": {}})
     with pytest.raises(InputError, match=reason):
         run_in(tmp_path, **other).resume(["model"])
 
 
-@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x80\x04cos\nsystem\n(S'true'\ntR."])
+@pytest.mark.parametrize(
+    "content", [b"", b"not a checkpoint", b"\x80\x04cos\nsystem\n(S'true'\ntR."]
+)
 def test_foreign_checkpoints_are_refused(tmp_path, content):
     (tmp_path / "checkpoint.pt").write_bytes(content)
     with pytest.raises(InputError, match=r"checkpoint\.pt cannot be read"):
@@ -75,12 +91,18 @@ def test_the_rate_falls_along_half_a_cosine():
     assert rate(0) == 2
     assert rate(100) == pytest.approx(0.2)
     assert rate(50) == pytest.approx(1.1)
-    assert {RateSchedule(peak=2.0, span=100, floor=1.0)(iteration) for iteration in range(101)} == {2.0}
+    assert {RateSchedule(peak=2.0, span=100, floor=1.0)(iteration) for iteration in range(101)} == {
+        2.0
+    }
 
 
 def test_the_rate_rises_along_a_line():
-    rising, whole = (RateSchedule(peak=2.0, span=100, floor=0.1, warm_up=count) for count in (10, 1))
-    assert [rising(iteration) / whole(iteration) for iteration in range(12)] == pytest.approx([*np.linspace(0.1, 1, 10), 1, 1])
+    rising, whole = (
+        RateSchedule(peak=2.0, span=100, floor=0.1, warm_up=count) for count in (10, 1)
+    )
+    assert [rising(iteration) / whole(iteration) for iteration in range(12)] == pytest.approx(
+        [*np.linspace(0.1, 1, 10), 1, 1]
+    )
 
 
 @pytest.mark.parametrize("quick", [True, False])
@@ -131,27 +153,42 @@ class Falling(Training):
 
 
 def carry(training, folder, iterations=20, on_log=None):
-    carry_on(training, run_in(folder), RunSettings(log_every=8, device="cpu"), iterations=iterations, on_log=on_log)
+    carry_on(
+        training,
+        run_in(folder),
+        RunSettings(log_every=8, device="cpu"),
+        iterations=iterations,
+        on_log=on_log,
+    )
     return training
 
 
 def test_a_training_logs_means_and_what_it_measures(tmp_path):
     rows = []
-    training = carry(Falling(), tmp_path, on_log=lambda row: rows.append(row) or row.update(more=1.0))
+    training = carry(
+        Falling(), tmp_path, on_log=lambda row: rows.append(row) or row.update(more=1.0)
+    )
     assert [row["iteration"] for row in rows] == [8, 16, 20]
     assert [row["place"] for row in rows] == [3.5, 11.5, 17.5]
     assert rows[-1]["measured"] == float(training.number.detach())
     assert training.log == rows
     assert training.begun == 1
     assert training.rates == [training.rate(iteration) for iteration in range(20)]
-    assert (tmp_path / "log.csv").read_text().splitlines()[0] == "iteration,seconds,loss,place,measured,more"
+    assert (tmp_path / "log.csv").read_text().splitlines()[
+        0
+    ] == "iteration,seconds,loss,place,measured,more"
 
 
 def test_a_group_of_weights_may_have_a_share_of_the_rate(tmp_path):
     training = Falling()
-    training.optimizer.add_param_group({"params": [torch.tensor([1.0], requires_grad=True)], "share": 0.25})
+    training.optimizer.add_param_group(
+        {"params": [torch.tensor([1.0], requires_grad=True)], "share": 0.25}
+    )
     carry(training, tmp_path, iterations=5)
-    assert [group["lr"] for group in training.optimizer.param_groups] == [training.rate(4), 0.25 * training.rate(4)]
+    assert [group["lr"] for group in training.optimizer.param_groups] == [
+        training.rate(4),
+        0.25 * training.rate(4),
+    ]
 
 
 def test_a_stopped_training_goes_on_as_if_it_had_not(tmp_path):

@@ -18,7 +18,14 @@ from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
 from a2v.lab.motion.windows import CodecSettings, WindowCodec
 from a2v.motion import MotionModel
-from a2v.motion.applications import between, interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.applications import (
+    between,
+    interpolate,
+    matching_actions,
+    on_skeleton,
+    outpaint,
+    sample_each,
+)
 from a2v.motion.placement import body_parts, leg_length
 from a2v.types import Motion
 from export.flow import Sampling, export_flow
@@ -37,9 +44,19 @@ def models(tmp_path_factory):
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.add_(torch.randn_like(parameter) * 0.05)
-    codec = WindowCodec.fit(data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300)
-    export_flow(FlowModel(network.eval(), codec), data, folder / "flow.onnx", licence="Apache-2.0", sampling=Sampling(steps=1, guidance=1.0))
-    vae = MotionVAE(data.skeleton, 2, VAESettings(decoder="lie", hidden_size=32, latent_size=6)).eval()
+    codec = WindowCodec.fit(
+        data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300
+    )
+    export_flow(
+        FlowModel(network.eval(), codec),
+        data,
+        folder / "flow.onnx",
+        licence="Apache-2.0",
+        sampling=Sampling(steps=1, guidance=1.0),
+    )
+    vae = MotionVAE(
+        data.skeleton, 2, VAESettings(decoder="lie", hidden_size=32, latent_size=6)
+    ).eval()
     export_motion(vae, data, folder / "step.onnx", licence="Apache-2.0")
     return {name: MotionModel.load(folder / f"{name}.onnx") for name in ("flow", "step")}
 
@@ -82,12 +99,18 @@ def test_interpolation_goes_from_one_motion_to_the_other(model, frames, linear):
     first = rows.joints[:, 0] - rows.root[:, :1]
     whole = np.linalg.norm(first[-1] - first[0])
     assert whole > 1e-4
-    assert max(np.linalg.norm(b - a) for a, b in itertools.pairwise(first)) < 0.5 * whole + 1e-6  # no jump in a row's first pose
+    assert (
+        max(np.linalg.norm(b - a) for a, b in itertools.pairwise(first)) < 0.5 * whole + 1e-6
+    )  # no jump in a row's first pose
 
 
 def test_outpainting_keeps_the_given_poses_and_goes_on_smoothly(model):
     start = model.sample("slow", frames=7, seed=2)
-    placed = dataclasses.replace(start, joints=start.joints + np.float32([3, 0, -2]), root=start.root + np.float32([3, 0, -2]))
+    placed = dataclasses.replace(
+        start,
+        joints=start.joints + np.float32([3, 0, -2]),
+        root=start.root + np.float32([3, 0, -2]),
+    )
     futures = outpaint(model, placed, "slow", frames=33, count=3, seed=4)
     assert futures.joints.shape == (3, 33, 20, 3)
     assert np.abs(futures.joints[:, :7] - placed.joints).max() < 1e-6
@@ -99,13 +122,18 @@ def test_outpainting_keeps_the_given_poses_and_goes_on_smoothly(model):
     assert np.allclose(lengths, lengths[:, :1], atol=1e-4)
     again = forward_kinematics(futures.rotations, futures.root, lengths, CMU)
     assert np.abs(again - futures.joints).max() < 1e-4
-    assert np.array_equal(futures.joints, outpaint(model, placed, "slow", frames=33, count=3, seed=4).joints)
+    assert np.array_equal(
+        futures.joints, outpaint(model, placed, "slow", frames=33, count=3, seed=4).joints
+    )
 
 
 def test_outpainting_depends_on_what_is_given(model):
     """The same noise after two different starts must give two different futures."""
     futures = [
-        outpaint(model, model.sample("slow", frames=7, seed=seed), "slow", frames=20, count=1, seed=1).joints[0, 8:] for seed in (0, 5)
+        outpaint(
+            model, model.sample("slow", frames=7, seed=seed), "slow", frames=20, count=1, seed=1
+        ).joints[0, 8:]
+        for seed in (0, 5)
     ]
     local = [joints - joints[:, :1] for joints in futures]
     assert np.abs(local[0] - local[1]).max() > 1e-4
@@ -114,14 +142,19 @@ def test_outpainting_depends_on_what_is_given(model):
 def test_outpainting_has_the_body_of_the_start(model):
     start = model.sample("slow", frames=7, seed=2, bone_scale=1.3)
     futures = outpaint(model, start, "slow", frames=20, count=1)
-    assert np.allclose(bone_lengths(futures.joints[0], CMU), bone_lengths(start.joints, CMU)[:1], atol=1e-4)
+    assert np.allclose(
+        bone_lengths(futures.joints[0], CMU), bone_lengths(start.joints, CMU)[:1], atol=1e-4
+    )
     plain = outpaint(model, model.sample("slow", frames=7, seed=2), "slow", frames=20, count=1)
     if model.makes_windows:  # it knows directions only, so a larger person does the same, larger
         path = [motion.root[0, 6:] - motion.root[0, 6] for motion in (futures, plain)]
         assert np.allclose(path[0], 1.3 * path[1], atol=1e-3)
 
 
-@pytest.mark.parametrize(("words", "options"), [("nothing to generate|ask for more", {"frames": 7}), ("count is 0", {"count": 0})])
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [("nothing to generate|ask for more", {"frames": 7}), ("count is 0", {"count": 0})],
+)
 def test_impossible_outpainting_is_explained(models, words, options):
     with pytest.raises(InputError, match=words):
         outpaint(models["flow"], models["flow"].sample("slow", frames=7), "slow", **options)
@@ -135,7 +168,9 @@ def posed(skeleton, frames=6):
     for side in ("left", "right"):
         rotations[:, skeleton.index(f"{side}_elbow"), 2] = np.linspace(0, 1, frames)
     root = np.tile([0.3, 1.0, 0.2], (frames, 1))
-    joints = forward_kinematics(rotations, root, np.full(skeleton.n_joints, 0.25), skeleton).astype(np.float32)
+    joints = forward_kinematics(rotations, root, np.full(skeleton.n_joints, 0.25), skeleton).astype(
+        np.float32
+    )
     return Motion(
         joints=joints, rotations=rotations.astype(np.float32), root=joints[:, 0], fps=20, parents=skeleton.parents,
         joint_names=skeleton.joint_names, skeleton=skeleton.name,
@@ -149,7 +184,11 @@ def test_clips_change_skeletons(source, target):
     joints = on_skeleton(motion, skeleton, np.full(skeleton.n_joints, 0.25))
     assert joints.shape == (6, skeleton.n_joints, 3)
     for name in ("pelvis", "left_elbow", "right_wrist", "left_ankle"):
-        assert np.allclose(joints[:, skeleton.index(name)], motion.joints[:, SKELETONS[source].index(name)], atol=1e-6)
+        assert np.allclose(
+            joints[:, skeleton.index(name)],
+            motion.joints[:, SKELETONS[source].index(name)],
+            atol=1e-6,
+        )
     lengths = bone_lengths(joints, skeleton)[:, 1:]
     assert lengths.min() > 0.02
     assert np.allclose(lengths, lengths[:1], atol=0.02)
@@ -160,13 +199,19 @@ def test_a_start_of_another_skeleton_is_continued(models):
     start = posed(HUMANACT12)
     futures = outpaint(models["flow"], start, "fast", frames=24, count=2)
     assert futures.skeleton == "cmu"
-    assert np.allclose(futures.joints[:, 5, CMU.index("left_wrist")], start.joints[5, HUMANACT12.index("left_wrist")], atol=1e-5)
+    assert np.allclose(
+        futures.joints[:, 5, CMU.index("left_wrist")],
+        start.joints[5, HUMANACT12.index("left_wrist")],
+        atol=1e-5,
+    )
 
 
 def test_headings_turn_with_the_person():
     joints = posed(CMU).joints
     for angle in (-2.5, 0.3, 1.7):
-        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        turn = np.array(
+            [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+        )
         assert np.allclose(heading(joints @ turn.T, CMU), angle, atol=1e-5)
 
 
@@ -180,8 +225,12 @@ def test_parts_of_the_body_are_scaled(model):
     expected[CMU.index("left_elbow")] = 0.5
     assert np.allclose(ratio, expected[1:])
     motion = model.sample("slow", frames=10, seed=1, bone_scale={"legs": 1.2, "left_elbow": 0.5})
-    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.card.metres_per_unit, atol=1e-5)
-    assert set(parts["arms"]) | set(parts["legs"]) | set(parts["torso"]) | set(parts.get("head", ())) == set(range(1, 20))
+    assert np.allclose(
+        bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.card.metres_per_unit, atol=1e-5
+    )
+    assert set(parts["arms"]) | set(parts["legs"]) | set(parts["torso"]) | set(
+        parts.get("head", ())
+    ) == set(range(1, 20))
     with pytest.raises(InputError, match="no bone 'tail'"):
         model.scaled_bones({"tail": 2.0})
     with pytest.raises(InputError, match="bone_scale is 20"):
@@ -189,14 +238,19 @@ def test_parts_of_the_body_are_scaled(model):
 
 
 def test_a_scaled_person_of_a_window_model_moves_in_proportion(models):
-    one, large = (models["flow"].sample("fast", frames=47, seed=3, bone_scale=scale).joints for scale in (1, 1.5))
+    one, large = (
+        models["flow"].sample("fast", frames=47, seed=3, bone_scale=scale).joints
+        for scale in (1, 1.5)
+    )
     assert np.allclose(large, 1.5 * one, atol=1e-4)
 
 
 def test_own_bones_replace_the_models(model):
     own = model.bone_lengths * np.linspace(0.8, 1.2, 20, dtype=np.float32)
     motion = model.sample("slow", frames=5, lengths=own)
-    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.card.metres_per_unit, atol=1e-5)
+    assert np.allclose(
+        bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.card.metres_per_unit, atol=1e-5
+    )
     assert leg_length(own, CMU) != pytest.approx(float(leg_length(model.bone_lengths, CMU)))
 
 
@@ -206,7 +260,9 @@ def test_each_action_of_a_pattern(models):
     clips = sample_each(models["flow"], ["slow", "fast"], frames=9, seed=2)
     assert clips.action == "slow|fast"
     for index, name in enumerate(("slow", "fast")):
-        assert np.allclose(clips.joints[index], models["flow"].sample(name, frames=9, seed=2).joints)
+        assert np.allclose(
+            clips.joints[index], models["flow"].sample(name, frames=9, seed=2).joints
+        )
     with pytest.raises(InputError, match="no action of 'flow' matches"):
         matching_actions(models["flow"], "swim*")
 
@@ -214,22 +270,35 @@ def test_each_action_of_a_pattern(models):
 def test_a_generated_data_set_is_one_of_its_model(models):
     model = models["flow"]
     dataset = generated_dataset(model, clips=4, frames=12)
-    assert (len(dataset), dataset.actions, dataset.skeleton.name, dataset.fps) == (8, ("slow", "fast"), "cmu", model.fps)
+    assert (len(dataset), dataset.actions, dataset.skeleton.name, dataset.fps) == (
+        8,
+        ("slow", "fast"),
+        "cmu",
+        model.fps,
+    )
     clip = dataset.motion(5)
-    assert np.allclose(clip.joints, model.sample("fast", frames=12, count=4, seed=1).joints[1], atol=1e-5)
+    assert np.allclose(
+        clip.joints, model.sample("fast", frames=12, count=4, seed=1).joints[1], atol=1e-5
+    )
     assert clip.action == "fast"
     assert len(dataset.split(["S0"])[1]) == 4
     assert (
-        dataset.digest == generated_dataset(model, clips=4, frames=12).digest != generated_dataset(model, clips=4, frames=12, seed=9).digest
+        dataset.digest
+        == generated_dataset(model, clips=4, frames=12).digest
+        != generated_dataset(model, clips=4, frames=12, seed=9).digest
     )
 
 
-SHIPPED = {"humanact12": ("walk", "run", "boxing", "throw"), "cmu": ("Walk", "Step", "Dance", "Wash")}
+SHIPPED = {
+    "humanact12": ("walk", "run", "boxing", "throw"),
+    "cmu": ("Walk", "Step", "Dance", "Wash"),
+}
 
 
 @pytest.mark.parametrize("name", sorted(SHIPPED))
 def test_long_sequences_do_not_drift(name):
-    """600 frames: speed, height over the floor, uprightness and the floor itself stay what they are in the first window."""
+    """600 frames: speed, height over the floor, uprightness and the floor itself stay what they are
+    in the first window."""
     model = MotionModel.load(name)
     window = model.card.window_frames
     head = model.skeleton.index("head")

@@ -45,7 +45,9 @@ def test_an_action_begins_at_once_and_as_the_data_where_it_is_not_asked_to(actio
     steps = [Step(action=action)]
     late, made = [], []
     for seed in range(4):
-        late.append(seconds_until_it_moves(perform(model, steps, Take(frames=240, fps=30.0, seed=seed))))
+        late.append(
+            seconds_until_it_moves(perform(model, steps, Take(frames=240, fps=30.0, seed=seed)))
+        )
         clip = make_motion(model, steps, Take(frames=240, fps=30.0, seed=seed))
         assert clip.frames == 240
         made.append(seconds_until_it_moves(clip))
@@ -69,9 +71,19 @@ def test_a_second_action_begins_at_once_too() -> None:
 
 def test_clips_of_a_batch_begin_each_by_itself() -> None:
     model = MotionModel.load("cmu-fine")
-    made = perform(model, [Step(action="Jump kick")], Take(frames=60, fps=model.fps, seed=1, count=6), skip_rest=True)
-    plain = perform(model, [Step(action="Jump kick")], Take(frames=60, fps=model.fps, seed=1, count=6))
+    made = perform(
+        model,
+        [Step(action="Jump kick")],
+        Take(frames=60, fps=model.fps, seed=1, count=6),
+        skip_rest=True,
+    )
+    plain = perform(
+        model, [Step(action="Jump kick")], Take(frames=60, fps=model.fps, seed=1, count=6)
+    )
     assert made.joints.shape == plain.joints.shape
-    off = [float(np.abs(one[:12] - other[:12]).max()) for one, other in zip(made.joints, plain.joints, strict=True)]
+    off = [
+        float(np.abs(one[:12] - other[:12]).max())
+        for one, other in zip(made.joints, plain.joints, strict=True)
+    ]
     assert max(off) > 0.05
     np.testing.assert_allclose(made.joints[:, 0, 0, [0, 2]], 0, atol=1e-4)

@@ -1,4 +1,5 @@
-"""The card: shipped files are read whole, and what is missing, of another kind or absurd is told with the file's name."""
+"""The card: shipped files are read whole, and what is missing, of another kind or absurd is told
+with the file's name."""
 
 from __future__ import annotations
 
@@ -19,14 +20,25 @@ FILE = Path("mine.onnx")
 @pytest.fixture(scope="module", params=["cmu", "humanact12-glmi-r"])
 def said(request):
     """What a shipped flow and a shipped VAE say of themselves."""
-    return read_metadata(WEIGHTS / BUNDLED[request.param], (STEP_FORMAT, WINDOW_FORMAT), "motion model")
+    return read_metadata(
+        WEIGHTS / BUNDLED[request.param], (STEP_FORMAT, WINDOW_FORMAT), "motion model"
+    )
 
 
 @pytest.mark.parametrize("name", sorted(BUNDLED))
 def test_shipped_files_are_read_whole(name):
     path = WEIGHTS / BUNDLED[name]
     card, said = read_card(path), read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model")
-    for entry in ("dataset", "dataset_digest", "decoder", "licence", "fps", "frames", "metres_per_unit", "latent_size"):
+    for entry in (
+        "dataset",
+        "dataset_digest",
+        "decoder",
+        "licence",
+        "fps",
+        "frames",
+        "metres_per_unit",
+        "latent_size",
+    ):
         assert getattr(card, entry) == said[entry], entry
     assert list(card.actions) == said["actions"]
     assert list(card.joint_names) == said["skeleton"]["joint_names"]
@@ -37,7 +49,10 @@ def test_shipped_files_are_read_whole(name):
     assert card.rests_as_named
     if said["format"] == WINDOW_FORMAT:
         assert isinstance(card, WindowCard)
-        assert (card.window_frames, card.context_frames) == (said["window_frames"], said["context_frames"])
+        assert (card.window_frames, card.context_frames) == (
+            said["window_frames"],
+            said["context_frames"],
+        )
         assert [shares.tolist() for shares in card.active] == said["active"]
     else:
         assert isinstance(card, StepCard)
@@ -45,7 +60,11 @@ def test_shipped_files_are_read_whole(name):
 
 
 def test_some_entries_may_be_absent(said):
-    fewer = {name: value for name, value in said.items() if name not in ("dataset_digest", "held_out", "training", "temperature")}
+    fewer = {
+        name: value
+        for name, value in said.items()
+        if name not in ("dataset_digest", "held_out", "training", "temperature")
+    }
     card = parse_card(fewer, FILE)
     assert (card.dataset_digest, card.held_out) == ("", ())
     for people in ([], ["S1", "S2"]):
@@ -53,11 +72,22 @@ def test_some_entries_may_be_absent(said):
 
 
 def test_every_other_entry_is_needed(said):
-    extra = {"dataset_digest", "held_out", "training", "temperature", "steps", "guidance", "guided_until"}
+    extra = {
+        "dataset_digest",
+        "held_out",
+        "training",
+        "temperature",
+        "steps",
+        "guidance",
+        "guided_until",
+    }
     names = set(said) - extra
     assert len(names) > 11
     for name in names:
-        with pytest.raises(InputError, match=rf"mine\.onnx: its description lacks '{name}', .*; export the model again"):
+        with pytest.raises(
+            InputError,
+            match=rf"mine\.onnx: its description lacks '{name}', .*; export the model again",
+        ):
             parse_card({key: value for key, value in said.items() if key != name}, FILE)
     for name in ("name", "parents", "joint_names", "rest_directions"):
         tree = {key: value for key, value in said["skeleton"].items() if key != name}
@@ -89,11 +119,22 @@ def test_every_other_entry_is_needed(said):
     ],
 )
 def test_absurd_entries_are_refused(said, entry, value, words):
-    with pytest.raises(InputError, match=rf"mine\.onnx: '{entry}' in its description .*{words}.*export the model again"):
+    with pytest.raises(
+        InputError,
+        match=rf"mine\.onnx: '{entry}' in its description .*{words}.*export the model again",
+    ):
         parse_card(said | {entry: value}, FILE)
 
 
-@pytest.mark.parametrize(("entry", "value"), [("parents", "cycle"), ("parents", "half"), ("rest_directions", "short"), ("rest_directions", "long")])
+@pytest.mark.parametrize(
+    ("entry", "value"),
+    [
+        ("parents", "cycle"),
+        ("parents", "half"),
+        ("rest_directions", "short"),
+        ("rest_directions", "long"),
+    ],
+)
 def test_absurd_trees_are_refused(said, entry, value):
     tree = copy.deepcopy(said["skeleton"])
     if value == "cycle":
@@ -125,5 +166,7 @@ def test_an_action_without_clips_cannot_be_asked_for():
     model = MotionModel(path, parse_card(said | {"active": [[], *said["active"][1:]]}, path))
     assert model.sample("Jump", frames=3).frames == 3
     for ask in (model.sample, model.sample_native):
-        with pytest.raises(InputError, match=r"motion_cmu\.onnx has seen no clip of 'Walk'; choose another action"):
+        with pytest.raises(
+            InputError, match=r"motion_cmu\.onnx has seen no clip of 'Walk'; choose another action"
+        ):
             ask("Walk", frames=3)

@@ -45,7 +45,10 @@ def test_every_action_is_found_by_its_own_name_and_has_a_theme() -> None:
 
 
 def test_free_licences_leave_research_out() -> None:
-    assert not any(set(entry.sources) & set(RESEARCH) and len(entry.sources) == 1 for entry in catalog("free").entries)
+    assert not any(
+        set(entry.sources) & set(RESEARCH) and len(entry.sources) == 1
+        for entry in catalog("free").entries
+    )
     assert actions_of("drink") == ["drink"]
     with pytest.raises(InputError, match="none of the actions"):
         understand("lift dumbbell with both hands", licence="free")
@@ -76,7 +79,9 @@ def test_what_is_not_wanted_is_left_out(text: str, actions: list[str]) -> None:
     assert actions_of(text) == actions
 
 
-@pytest.mark.parametrize("text", ["don't walk", "no dancing", "play the guitar", "asdfgh", "walk" * 1000])
+@pytest.mark.parametrize(
+    "text", ["don't walk", "no dancing", "play the guitar", "asdfgh", "walk" * 1000]
+)
 def test_what_cannot_be_served_is_refused(text: str) -> None:
     with pytest.raises(InputError):
         understand(text)
@@ -99,7 +104,9 @@ def test_real_words_are_not_mended() -> None:
     assert mended("wlak", known) == "walk"
 
 
-@pytest.mark.parametrize("text", ["x " * 50_000, "walk, " * 300, "a and " * 300 + "a", "zzzzz " * 330])
+@pytest.mark.parametrize(
+    "text", ["x " * 50_000, "walk, " * 300, "a and " * 300 + "a", "zzzzz " * 330]
+)
 def test_long_prompts_are_bounded(text: str) -> None:
     begun = time.process_time()
     with pytest.raises(InputError):

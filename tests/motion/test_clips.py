@@ -21,9 +21,15 @@ def lengths_of(motion):
 def test_all_clips_ship_small_with_author_and_licence() -> None:
     library = clip_library()
     assert len(library.clips) == len(set(library.actions)) == 77 + 14
-    assert {clip.author for clip in library.clips} == {"Quaternius, Universal Animation Library", "Mesh2Motion", "a2v"}
+    assert {clip.author for clip in library.clips} == {
+        "Quaternius, Universal Animation Library",
+        "Mesh2Motion",
+        "a2v",
+    }
     assert LIBRARY.stat().st_size < 2e6
-    assert not missing_joints(canonical_joints(library.skeleton.joint_names, library.skeleton.parents.tolist()))
+    assert not missing_joints(
+        canonical_joints(library.skeleton.joint_names, library.skeleton.parents.tolist())
+    )
     assert play_clip("Bow", frames=3, fps=30).provenance["licence"] == "CC0-1.0"
 
 
@@ -36,21 +42,35 @@ def test_the_first_seed_is_the_file_itself(data_dir) -> None:
         played = play_clip(name, frames=read.frames, fps=read.fps)
         own = [played.joint_names.index(joint) for joint in read.joint_names]
         bones = [
-            np.diff(joints[:, [[parent, joint] for joint, parent in enumerate(read.parents) if parent >= 0]], axis=2)[:, :, 0]
+            np.diff(
+                joints[
+                    :, [[parent, joint] for joint, parent in enumerate(read.parents) if parent >= 0]
+                ],
+                axis=2,
+            )[:, :, 0]
             for joints in (played.joints[:, own], read.joints)
         ]
         along, theirs = (bone / np.linalg.norm(bone, axis=-1, keepdims=True) for bone in bones)
-        assert (along * theirs).sum(-1).min() > np.cos(0.03)  # all bones point as in the file; they are as long as the library's
+        assert (along * theirs).sum(-1).min() > np.cos(
+            0.03
+        )  # all bones point as in the file; they are as long as the library's
 
 
 def test_bones_keep_their_length_whatever_the_seed() -> None:
     wanted = clip_library().lengths[1:]
     for seed in (0, 3, 4):
-        assert np.abs(lengths_of(play_clip("Talk", frames=70, fps=24, seed=seed, speed=1.3)) - wanted).max() < 1e-4
+        assert (
+            np.abs(
+                lengths_of(play_clip("Talk", frames=70, fps=24, seed=seed, speed=1.3)) - wanted
+            ).max()
+            < 1e-4
+        )
 
 
 def test_seeds_differ_and_come_back() -> None:
-    one, again, other = (play_clip("Jab", frames=40, fps=30, seed=seed).joints for seed in (5, 5, 6))
+    one, again, other = (
+        play_clip("Jab", frames=40, fps=30, seed=seed).joints for seed in (5, 5, 6)
+    )
     assert np.array_equal(one, again)
     assert np.abs(one - other).max() > 0.05
     assert np.abs(one - play_clip("Jab", frames=40, fps=30).joints).mean() < 0.3
@@ -63,7 +83,10 @@ def test_cycles_go_on_without_a_jump(name: str) -> None:
     cycle, fps = len(library.joints[index]), library.clips[index].fps
     joints = play_clip(name, frames=2 * cycle + 2, fps=fps).joints.astype(np.float64)
     steps = np.abs(np.diff(joints, axis=0)).max(axis=(1, 2))
-    assert steps[cycle - 1] <= 1.8 * steps.max() * 0.999 or steps[cycle - 1] <= 1.5 * np.delete(steps, cycle - 1).max() + 2e-3
+    assert (
+        steps[cycle - 1] <= 1.8 * steps.max() * 0.999
+        or steps[cycle - 1] <= 1.5 * np.delete(steps, cycle - 1).max() + 2e-3
+    )
 
 
 def test_clips_that_walk_stand_on_their_feet() -> None:
@@ -88,7 +111,9 @@ def test_mirrored_fingers_change_sides() -> None:
     motion = play_clip("Shoot a pistol", frames=5, fps=30)
     mirrored = mirror_motion(motion)
     left, right = (motion.joint_names.index(f"index_03_{side}") for side in "lr")
-    np.testing.assert_allclose(mirrored.joints[:, left], motion.joints[:, right] * (-1, 1, 1), atol=1e-5)
+    np.testing.assert_allclose(
+        mirrored.joints[:, left], motion.joints[:, right] * (-1, 1, 1), atol=1e-5
+    )
 
 
 def test_unknown_clips_are_refused() -> None:

@@ -14,7 +14,18 @@ from a2v.kinematics.ground import ground_trajectory
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
-from a2v.motion.edit import Edit, air_seconds, change_speed, edited, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
+from a2v.motion.edit import (
+    Edit,
+    air_seconds,
+    change_speed,
+    edited,
+    make_loop,
+    mirror_motion,
+    put_in_place,
+    repeat_loop,
+    rises,
+    settle,
+)
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import Take
@@ -40,14 +51,21 @@ def test_a_loop_closes(action: str) -> None:
     assert np.percentile(seam, 95) <= 1.2 * np.percentile(acceleration(clip.joints, clip.fps), 95)
     step = np.linalg.norm(np.diff(rounds[:, 0, [0, 2]], axis=0), axis=-1)
     assert step[loop.frames - 1] <= 1.5 * step[: loop.frames - 1].max() + 1e-3
-    assert np.abs(rounds[-loop.frames, 0] - rounds[0, 0]).max() < 0.01  # no drift after nineteen rounds
+    assert (
+        np.abs(rounds[-loop.frames, 0] - rounds[0, 0]).max() < 0.01
+    )  # no drift after nineteen rounds
     lengths = np.linalg.norm(loop.joints - loop.joints[:, np.maximum(loop.parents, 0)], axis=-1)
     assert np.ptp(lengths, axis=0).max() < 1e-4
 
 
 @pytest.mark.parametrize("action", ["Run and duck", "Crossover walk"])
 def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
-    loop = make_loop(make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30.0)), in_place=True)
+    loop = make_loop(
+        make_motion(
+            MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30.0)
+        ),
+        in_place=True,
+    )
     twice = np.concatenate([loop.joints] * 2)
     root = acceleration(twice[:, :1], loop.fps)[:, 0]
     assert root[loop.frames - 2 : loop.frames].max() <= 1.5 * root[: loop.frames - 2].max()
@@ -55,9 +73,15 @@ def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
 
 def test_a_cycle_of_somebody_who_first_stands_moves() -> None:
     walk = sampled("Walk")
-    stands = {name: np.concatenate([np.repeat(getattr(walk, name)[:1], 40, axis=0), getattr(walk, name)]) for name in ("joints", "rotations", "root")}
+    stands = {
+        name: np.concatenate([np.repeat(getattr(walk, name)[:1], 40, axis=0), getattr(walk, name)])
+        for name in ("joints", "rotations", "root")
+    }
     clip = dataclasses.replace(walk, **stands)
-    speed = [np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1) for motion in (clip, make_loop(clip))]
+    speed = [
+        np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1)
+        for motion in (clip, make_loop(clip))
+    ]
     assert speed[0][:15].mean() < 0.3 * speed[0].max()
     assert speed[1].mean() > speed[0].mean()
 
@@ -74,7 +98,9 @@ def test_rounds_of_a_loop_go_on_from_one_another() -> None:
     np.testing.assert_array_equal(rounds.joints[: loop.frames], loop.joints)
     steps = np.linalg.norm(np.diff(rounds.root, axis=0), axis=-1)
     assert steps[loop.frames - 1] <= 1.3 * steps[: loop.frames - 1].max()
-    away = np.linalg.norm(rounds.root[[loop.frames, -1]][:, [0, 2]] - rounds.root[0, [0, 2]], axis=-1)
+    away = np.linalg.norm(
+        rounds.root[[loop.frames, -1]][:, [0, 2]] - rounds.root[0, [0, 2]], axis=-1
+    )
     assert away[1] > 2 * away[0]
 
 
@@ -90,7 +116,9 @@ def test_a_loop_closes_on_a_rig_whose_feet_were_cleaned_on_the_way(in_place: boo
     if in_place:
         rounds = np.concatenate([moves[..., :3, 3]] * 2)
         accelerations = acceleration(rounds, loop.fps)
-        each = np.percentile(accelerations[: loop.frames], 95, axis=1)  # of a frame: a foot may be set down just where the clip repeats
+        each = np.percentile(
+            accelerations[: loop.frames], 95, axis=1
+        )  # of a frame: a foot may be set down just where the clip repeats
         assert each[-2:].max() <= each[:-2].max()
     else:
         plain = retarget(loop, body)
@@ -144,7 +172,9 @@ def test_a_clip_that_rises_is_brought_down_and_its_jumps_stay():
     jump = 0.4 * np.maximum(0, 1 - (10 * (clock - 3.0) / 4) ** 2)  # in the air for .8 s
     raised = (0.1 * clock + jump)[:, None] * np.float32([0, 1, 0])
     floating = dataclasses.replace(
-        motion, joints=motion.joints + raised[:, None].astype(np.float32), root=motion.root + raised.astype(np.float32)
+        motion,
+        joints=motion.joints + raised[:, None].astype(np.float32),
+        root=motion.root + raised.astype(np.float32),
     )
     settled = settle(floating, seconds=1.2)
     lowest = settled.joints[..., 1].min(axis=1) - motion.joints[..., 1].min(axis=1)
@@ -152,7 +182,9 @@ def test_a_clip_that_rises_is_brought_down_and_its_jumps_stay():
     assert lowest.min() > -1e-5
     assert lowest[on_ground].max() < 0.15 < 0.55 < raised[on_ground, 1].max()
     assert lowest[30] > 0.3
-    np.testing.assert_allclose(settled.joints[:, 0] - settled.root, motion.joints[:, 0] - motion.root, atol=1e-5)
+    np.testing.assert_allclose(
+        settled.joints[:, 0] - settled.root, motion.joints[:, 0] - motion.root, atol=1e-5
+    )
     np.testing.assert_allclose(settle(motion).joints, motion.joints, atol=1e-6)
 
 
@@ -162,4 +194,9 @@ def test_climbing_may_rise():
     assert rises(coarse, "Step")
     assert not any(rises(card, "Walk") for card in (fine, coarse))
     assert not rises(fine, "Salsa")
-    assert air_seconds(fine, "Salsa") < 0.35 < air_seconds(fine, "Hopscotch") == air_seconds(coarse, "Jump")
+    assert (
+        air_seconds(fine, "Salsa")
+        < 0.35
+        < air_seconds(fine, "Hopscotch")
+        == air_seconds(coarse, "Jump")
+    )

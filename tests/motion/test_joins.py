@@ -15,7 +15,10 @@ def test_short_clips_are_taken_as_long_as_most_of_them_are() -> None:
         assert least <= sampler.active_share(model.label(action)) <= most
 
 
-@pytest.mark.parametrize(("model", "action"), [("cmu", "Run"), ("cmu-fine", "Run"), ("cmu-fine", "March"), ("cmu-fine", "Jog")])
+@pytest.mark.parametrize(
+    ("model", "action"),
+    [("cmu", "Run"), ("cmu-fine", "Run"), ("cmu-fine", "March"), ("cmu-fine", "Jog")],
+)
 def test_windows_join_at_an_even_speed(model: str, action: str) -> None:
     for speed in speeds(model, action, 16):
         assert 0.82 < speed < 1.2

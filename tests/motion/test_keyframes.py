@@ -25,19 +25,31 @@ def model() -> MotionModel:
 def folder(model: MotionModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("poses")
     for suffix in ("npz", "bvh"):
-        write_motion(folder / f"walk.{suffix}", model.sample("Walk", frames=20, seed=3, bone_scale=1.5), MOTION_FORMATS)
+        write_motion(
+            folder / f"walk.{suffix}",
+            model.sample("Walk", frames=20, seed=3, bone_scale=1.5),
+            MOTION_FORMATS,
+        )
     return folder
 
 
 @pytest.mark.parametrize("suffix", ["npz", "bvh"])
-def test_poses_have_the_models_bones_and_stand_as_high_on_them(model: MotionModel, folder: Path, suffix: str) -> None:
+def test_poses_have_the_models_bones_and_stand_as_high_on_them(
+    model: MotionModel, folder: Path, suffix: str
+) -> None:
     own = model.sample("Walk", frames=20, seed=3)
     poses = read_poses(f"{folder}/walk.{suffix}#8-10", model)
     assert [round(time * model.fps) for time, _ in poses] == [0, 1, 2]
-    np.testing.assert_allclose(bone_lengths(poses[0][1][None], model.skeleton)[0], bone_lengths(own.joints, model.skeleton)[0], atol=1e-4)
+    np.testing.assert_allclose(
+        bone_lengths(poses[0][1][None], model.skeleton)[0],
+        bone_lengths(own.joints, model.skeleton)[0],
+        atol=1e-4,
+    )
     for number, (_, pose) in enumerate(poses, 8):
         np.testing.assert_allclose(pose[:, 1], own.joints[number, :, 1], atol=0.01)
-        np.testing.assert_allclose(pose - pose[0], own.joints[number] - own.joints[number, 0], atol=0.01)
+        np.testing.assert_allclose(
+            pose - pose[0], own.joints[number] - own.joints[number, 0], atol=0.01
+        )
 
 
 def test_a_file_of_keyframes(model: MotionModel, folder: Path) -> None:
@@ -56,9 +68,14 @@ def test_a_file_of_keyframes(model: MotionModel, folder: Path) -> None:
     np.testing.assert_allclose(moved[0, [0, 2]], [1, 2], atol=1e-9)
     assert abs(heading(moved, model.skeleton) - np.pi / 2) < 1e-6
     assert (keys[2].joints, keys[2].at, keys[2].heading) == (None, (0, 4), None)
-    held = [Hold(joint="left_wrist", start=1, end=2, at=(0.1, 1.2, 0.3)), Hold(joint="head", start=1, end=2.5, at=(0, 0.6, 0), body=True)]
+    held = [
+        Hold(joint="left_wrist", start=1, end=2, at=(0.1, 1.2, 0.3)),
+        Hold(joint="head", start=1, end=2.5, at=(0, 0.6, 0), body=True),
+    ]
     assert holds == held
-    assert read_holds("left_wrist 0.1,1.2,.3 from 1 to 2 s; head body 0,0.6,0 from 1 to 2.5") == held
+    assert (
+        read_holds("left_wrist 0.1,1.2,.3 from 1 to 2 s; head body 0,0.6,0 from 1 to 2.5") == held
+    )
 
 
 @pytest.mark.parametrize(
@@ -79,13 +96,23 @@ def test_a_file_of_keyframes(model: MotionModel, folder: Path) -> None:
         ("- {joint: head, at: [0, 1, 0], from: 2, to: 1}", "a later one"),
     ],
 )
-def test_what_is_no_keyframe_is_explained(model: MotionModel, folder: Path, text: str, words: str) -> None:
+def test_what_is_no_keyframe_is_explained(
+    model: MotionModel, folder: Path, text: str, words: str
+) -> None:
     (folder / "bad.yaml").write_text(text)
     with pytest.raises(InputError, match=words):
         read_keyframes(folder / "bad.yaml", model, fps=30)
 
 
-@pytest.mark.parametrize("text", ["left_wrist", "left_wrist 1,2 from 1 to 2", "left_wrist 1,2,3 from 1", "left_wrist 1,2,3 from ² to 3"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "left_wrist",
+        "left_wrist 1,2 from 1 to 2",
+        "left_wrist 1,2,3 from 1",
+        "left_wrist 1,2,3 from ² to 3",
+    ],
+)
 def test_words_that_hold_nothing_are_explained(text: str) -> None:
     with pytest.raises(InputError, match="holds no joint"):
         read_holds(text)

@@ -15,7 +15,9 @@ from a2v.motion.prompts import Step
 
 @pytest.fixture(scope="module")
 def mixed():
-    return make_sourced(understand("march for 2 s, then bow, then drink").steps, frames=240, fps=30, seed=2)
+    return make_sourced(
+        understand("march for 2 s, then bow, then drink").steps, frames=240, fps=30, seed=2
+    )
 
 
 def test_a_mix_has_the_frames_that_are_asked_for(mixed) -> None:
@@ -43,7 +45,11 @@ def test_the_next_goes_on_where_the_last_ended(mixed) -> None:
 
 
 def test_open_lengths_are_shared_as_long_as_actions_last() -> None:
-    steps = [Step(action="Bow", source="clips"), Step(action="Walk", source="cmu", seconds=2.0), Step(action="Idle", source="clips")]
+    steps = [
+        Step(action="Bow", source="clips"),
+        Step(action="Walk", source="cmu", seconds=2.0),
+        Step(action="Idle", source="clips"),
+    ]
     counts = shared_frames(steps, frames=300, fps=30)
     assert sum(counts) == pytest.approx(300, abs=2)
     assert counts[1] == 60
@@ -63,7 +69,9 @@ def test_one_model_alone_is_as_ever() -> None:
 
 def test_clips_take_the_edits_that_others_take() -> None:
     steps = understand("walking cycle").steps
-    slow, quick = (make_sourced(steps, frames=60, fps=30, edit=Edit(speed=speed)) for speed in (1.0, 2.0))
+    slow, quick = (
+        make_sourced(steps, frames=60, fps=30, edit=Edit(speed=speed)) for speed in (1.0, 2.0)
+    )
     assert quick.root[-1, 2] == pytest.approx(2 * slow.root[-1, 2], abs=0.15)
     still = make_sourced(steps, frames=60, fps=30, edit=Edit(in_place=True))
     assert np.abs(still.root[-1, [0, 2]] - still.root[0, [0, 2]]).max() < 0.15

@@ -7,7 +7,15 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.kinematics import CMU, skeleton_from_parents
-from a2v.motion.placement import body_parts, leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
+from a2v.motion.placement import (
+    body_parts,
+    leg_length,
+    level_floor,
+    place_on_ground,
+    scale_bones,
+    scale_path,
+    to_native,
+)
 from export import sample as sample_script
 
 
@@ -24,7 +32,9 @@ def test_the_floor_of_a_climbing_walk_is_levelled():
     level = level_floor(sloped, window)
     assert np.array_equal(level[:, :window], sloped[:, :window])
     assert np.abs(level[..., 1] - joints[..., 1]).max() < 0.13
-    assert np.abs(np.diff(level[..., 1] - joints[..., 1], axis=1)).max() < 0.01  # no jump where pieces meet
+    assert (
+        np.abs(np.diff(level[..., 1] - joints[..., 1], axis=1)).max() < 0.01
+    )  # no jump where pieces meet
     assert np.array_equal(level_floor(sloped[:, :window], window), sloped[:, :window])
     assert np.allclose(level_floor(joints, window), joints, atol=0.02)
     for length in (61, 62, 75, 100):
@@ -45,7 +55,11 @@ def test_a_path_is_scaled_and_poses_are_not():
     scaled = scale_path(joints, np.array([2.0, 0.5]))
     assert np.allclose(scaled - scaled[:, :, :1], joints - joints[:, :, :1], atol=1e-5)
     for clip, step in ((0, 2.0), (1, 0.5)):
-        assert np.allclose(scaled[clip, :, 0] - scaled[clip, 0, 0], step * (joints[clip, :, 0] - joints[clip, 0, 0]), atol=1e-5)
+        assert np.allclose(
+            scaled[clip, :, 0] - scaled[clip, 0, 0],
+            step * (joints[clip, :, 0] - joints[clip, 0, 0]),
+            atol=1e-5,
+        )
 
 
 def test_legs_that_are_not_known_are_all_bones():
@@ -61,4 +75,6 @@ def test_legs_that_are_not_known_are_all_bones():
 def test_native_joints_go_back_to_metres():
     joints = np.random.default_rng(0).normal(size=(2, 9, 20, 3)).astype(np.float32)
     native = to_native(joints, metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
-    assert np.allclose(native * 0.5 * np.float32([1, -1, -1]), joints - joints[:, :1, :1], atol=1e-6)
+    assert np.allclose(
+        native * 0.5 * np.float32([1, -1, -1]), joints - joints[:, :1, :1], atol=1e-6
+    )

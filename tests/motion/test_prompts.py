@@ -1,4 +1,5 @@
-"""Free text to actions: prompts that were written before the matcher, and how a prompt is taken apart."""
+"""Free text to actions: prompts that were written before the matcher, and how a prompt is taken
+apart."""
 
 from __future__ import annotations
 
@@ -38,12 +39,20 @@ def test_most_prompts_give_what_a_person_would_pick(vocabulary: Vocabulary) -> N
 
 
 def test_the_prompts_name_actions_that_exist(vocabulary: Vocabulary) -> None:
-    assert {action for row in PROMPTS for action in row["accepted"].split(";")} <= set(vocabulary.actions)
+    assert {action for row in PROMPTS for action in row["accepted"].split(";")} <= set(
+        vocabulary.actions
+    )
 
 
 def test_a_prompt_of_three_parts(vocabulary: Vocabulary) -> None:
-    steps, matches = parse_prompt("walk slowly, then salsa for 2 s, then jump for 24 frames", vocabulary)
-    assert steps == [Step(action="Walk slowly"), Step(action="Salsa", seconds=2.0), Step(action="Jump", frames=24)]
+    steps, matches = parse_prompt(
+        "walk slowly, then salsa for 2 s, then jump for 24 frames", vocabulary
+    )
+    assert steps == [
+        Step(action="Walk slowly"),
+        Step(action="Salsa", seconds=2.0),
+        Step(action="Jump", frames=24),
+    ]
     assert [match.score for match in matches[1:]] == [1.0, 1.0]
     assert explain(matches)[1].startswith("'salsa' is taken for Salsa")
 

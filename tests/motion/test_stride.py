@@ -23,16 +23,25 @@ def test_the_way_is_longer_and_bones_are_not() -> None:
     longer = lengthened(walk, np.full(40, 1.2))
     ratio = (longer.root[-1] - longer.root[0])[2] / (walk.root[-1] - walk.root[0])[2]
     assert 1.19 < ratio < 1.21
-    np.testing.assert_allclose(bone_lengths(longer.joints, CMU), bone_lengths(walk.joints, CMU), atol=1e-4)
+    np.testing.assert_allclose(
+        bone_lengths(longer.joints, CMU), bone_lengths(walk.joints, CMU), atol=1e-4
+    )
     np.testing.assert_array_equal(lengthened(walk, np.ones(40)).joints, walk.joints)
     stands = person(frames=40, step=0.0)
-    np.testing.assert_allclose(lengthened(stands, np.full(40, 1.2)).joints, stands.joints, atol=1e-5)
+    np.testing.assert_allclose(
+        lengthened(stands, np.full(40, 1.2)).joints, stands.joints, atol=1e-5
+    )
 
 
 def test_a_quick_walk_travels_as_much_faster() -> None:
     model = MotionModel.load("cmu-fine")
     paces = []
     for speed in (1.0, 1.5):
-        made = make_motion(model, [Step(action="Walk")], Take(frames=60, fps=30.0, seed=2, count=12), edit=Edit(speed=speed))
+        made = make_motion(
+            model,
+            [Step(action="Walk")],
+            Take(frames=60, fps=30.0, seed=2, count=12),
+            edit=Edit(speed=speed),
+        )
         paces.append(np.median(np.linalg.norm(made.root[:, -1] - made.root[:, 0], axis=-1) / 2))
     assert 1.2 < paces[1] / paces[0] < 1.8

@@ -23,13 +23,18 @@ def test_points_are_the_same_in_words_csv_and_yaml(tmp_path: File) -> None:
 
 def test_a_drawing_is_a_path_in_centimetres_from_its_first_point(tmp_path: File) -> None:
     drawing = tmp_path / "p.svg"
-    for shape in ("<polyline points='50,20 50,320 350,320'/>", "<g><path d='M50 20 v300 h300'/></g>"):
+    for shape in (
+        "<polyline points='50,20 50,320 350,320'/>",
+        "<g><path d='M50 20 v300 h300'/></g>",
+    ):
         drawing.write_text(DRAWN.format(shape))
         np.testing.assert_allclose(read_path(str(drawing)).points, POINTS, atol=1e-9)
     drawing.write_text(DRAWN.format("<circle cx='500' cy='70' r='200'/>"))
     round_trip = read_path(str(drawing))
     assert abs(round_trip.lengths[-1] - 4 * np.pi) < 0.05
-    np.testing.assert_allclose(np.linalg.norm(round_trip.points - round_trip.points.mean(0), axis=1), 2, atol=0.1)
+    np.testing.assert_allclose(
+        np.linalg.norm(round_trip.points - round_trip.points.mean(0), axis=1), 2, atol=0.1
+    )
     drawing.write_text(DRAWN.format("<path d='M0 0 Q 0 200 200 200'/>"))
     curve = read_path(str(drawing))
     np.testing.assert_allclose(curve.points[8], [0.5, 1.5], atol=1e-9)  # the middle of a parabola

@@ -47,7 +47,12 @@ def landmarks(result: FitResult) -> FloatArray:
 
     model = load_body_model()
     with torch.no_grad():
-        state = model.forward(*(torch.from_numpy(result.body.parameters[key]) for key in ("rotations", "shape", "translation")))
+        state = model.forward(
+            *(
+                torch.from_numpy(result.body.parameters[key])
+                for key in ("rotations", "shape", "translation")
+            )
+        )
         found: FloatArray = model.landmarks(state).numpy()
     return found
 
@@ -106,13 +111,17 @@ def test_a_landmark_of_another_photo_is_refused(photo: np.ndarray) -> None:
 
 def test_strokes_are_drawn_as_wide_as_they_are() -> None:
     mask = np.zeros((60, 80), np.float32)
-    drawn = draw_strokes(mask, Corrections.of({"mask": [{"add": [[20, 30], [60, 30]], "radius": 6}]}).strokes)
+    drawn = draw_strokes(
+        mask, Corrections.of({"mask": [{"add": [[20, 30], [60, 30]], "radius": 6}]}).strokes
+    )
     assert drawn[30, 20:60].all()
     assert drawn[25:35, 40].all()
     assert not drawn[:22].any()
     assert not drawn[:, 70:].any()
     assert not mask.any()
-    taken = draw_strokes(drawn, Corrections.of({"mask": [{"remove": [[40, 30]], "radius": 4}]}).strokes)
+    taken = draw_strokes(
+        drawn, Corrections.of({"mask": [{"remove": [[40, 30]], "radius": 4}]}).strokes
+    )
     assert taken[30, 40] == 0
     assert taken[30, 25] == 1
 
@@ -126,7 +135,11 @@ def test_a_moved_landmark_is_certain_and_takes_the_hand_along(subject: Subject) 
     assert points[index, 0] - subject.keypoints[index, 0] == pytest.approx(20, abs=1e-3)
     assert space[WRIST, 0] > subject.keypoints_3d[WRIST, 0]
     assert space[WRIST, 2] == subject.keypoints_3d[WRIST, 2]
-    _, space = correct_landmarks(subject.keypoints, subject.keypoints_3d, Corrections.of({"landmarks": {"left_wrist": [u + 300, v]}}))
+    _, space = correct_landmarks(
+        subject.keypoints,
+        subject.keypoints_3d,
+        Corrections.of({"landmarks": {"left_wrist": [u + 300, v]}}),
+    )
     assert np.isnan(space[WRIST]).all()  # something else was seen there
 
 
@@ -136,22 +149,37 @@ def test_nothing_corrected_changes_nothing(photo: np.ndarray, subject: Subject) 
 
 
 @pytest.mark.slow
-def test_the_fitted_wrist_goes_where_the_landmark_is_put(photo: np.ndarray, subject: Subject, fitted: FitResult) -> None:
+def test_the_fitted_wrist_goes_where_the_landmark_is_put(
+    photo: np.ndarray, subject: Subject, fitted: FitResult
+) -> None:
     before = fitted.camera.project(landmarks(fitted))[WRIST]
     height = 0.06 * subject.image.shape[0]
     target = subject.keypoints[WRIST, :2] + np.array([height, -height])
-    found = find_person(photo, corrections=Corrections.of({"landmarks": {"left_wrist": in_photo(subject, target)}}))
+    found = find_person(
+        photo, corrections=Corrections.of({"landmarks": {"left_wrist": in_photo(subject, target)}})
+    )
     after = fit_body(found)
     asked = found.keypoints[WRIST, :2]
     gap = np.linalg.norm(after.camera.project(landmarks(after))[WRIST] - asked)
     assert gap < 0.015 * subject.image.shape[0]
-    assert gap < 0.2 * np.linalg.norm(before - subject.keypoints[WRIST, :2] - (asked - subject.keypoints[WRIST, :2]))
-    at_once = corrected(subject, Corrections.of({"landmarks": {"left_wrist": in_photo(subject, target)}}))
-    assert in_photo(at_once, at_once.keypoints[WRIST]) == pytest.approx(in_photo(found, asked), abs=0.01)
+    assert gap < 0.2 * np.linalg.norm(
+        before - subject.keypoints[WRIST, :2] - (asked - subject.keypoints[WRIST, :2])
+    )
+    at_once = corrected(
+        subject, Corrections.of({"landmarks": {"left_wrist": in_photo(subject, target)}})
+    )
+    assert in_photo(at_once, at_once.keypoints[WRIST]) == pytest.approx(
+        in_photo(found, asked), abs=0.01
+    )
     assert np.array_equal(at_once.given, found.given)
     asked = at_once.keypoints[WRIST, :2]
-    quick = fit_body(at_once, settings=FitSettings(rounds=1), initial=fitted)  # what the page draws a second after
-    assert np.linalg.norm(quick.camera.project(landmarks(quick))[WRIST] - asked) < 0.015 * subject.image.shape[0]
+    quick = fit_body(
+        at_once, settings=FitSettings(rounds=1), initial=fitted
+    )  # what the page draws a second after
+    assert (
+        np.linalg.norm(quick.camera.project(landmarks(quick))[WRIST] - asked)
+        < 0.015 * subject.image.shape[0]
+    )
 
 
 @pytest.mark.slow
@@ -165,7 +193,9 @@ def test_a_limb_goes_to_the_said_side(photo: np.ndarray, fitted: FitResult) -> N
 
 
 @pytest.mark.slow
-def test_strokes_change_the_mask_there_and_nowhere_else(photo: np.ndarray, subject: Subject) -> None:
+def test_strokes_change_the_mask_there_and_nowhere_else(
+    photo: np.ndarray, subject: Subject
+) -> None:
     rows, columns = np.nonzero(subject.mask > 0.5)
     middle = np.array([columns.mean(), rows.mean()])
     radius = 0.03 * subject.image.shape[0]
@@ -185,7 +215,11 @@ def test_who_of_two_is_meant(photo: np.ndarray, subject: Subject) -> None:
 
     height, width = photo.shape[:2]
     small = cv2.resize(photo[..., :3], None, fx=0.7, fy=0.7, interpolation=cv2.INTER_AREA)
-    scene = np.full((height, width + small.shape[1], 3), photo[:5, :5, :3].mean(axis=(0, 1)).astype(np.uint8), np.uint8)
+    scene = np.full(
+        (height, width + small.shape[1], 3),
+        photo[:5, :5, :3].mean(axis=(0, 1)).astype(np.uint8),
+        np.uint8,
+    )
     scene[:, :width] = photo[..., :3]
     scene[height - small.shape[0] :, width:] = small
     first = find_person(scene)

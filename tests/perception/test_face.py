@@ -35,15 +35,22 @@ def square(photo: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def spread(photo: np.ndarray, square: tuple[np.ndarray, float]) -> float:
-    """How far landmarks in several squares are from one another, mean of all, pixels of a face of 512."""
+    """How far landmarks in several squares are from one another, mean of all, pixels of a face of
+    512."""
     middle, half = square
-    seen = [look_closely(photo, middle + half * np.array(shift), half * size) for *shift, size in SHIFTS]
+    seen = [
+        look_closely(photo, middle + half * np.array(shift), half * size) for *shift, size in SHIFTS
+    ]
     assert all(points is not None for points in seen)
     places = np.array(seen)[..., :2]  # type: ignore[index]
-    return float(np.linalg.norm(places - places.mean(axis=0), axis=-1).mean() * 512 / np.ptp(places[0, :, 1]))
+    return float(
+        np.linalg.norm(places - places.mean(axis=0), axis=-1).mean() * 512 / np.ptp(places[0, :, 1])
+    )
 
 
-def test_many_glances_agree_better_than_one(photo: np.ndarray, square: tuple[np.ndarray, float], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_glances_agree_better_than_one(
+    photo: np.ndarray, square: tuple[np.ndarray, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
     many = spread(photo, square)
     monkeypatch.setattr(module, "GLANCES", GLANCES[:1])
     one = spread(photo, square)

@@ -1,4 +1,5 @@
-"""Landmarks of hands: found on the sample, on their own side, in the photo's pixels; not where no hand is."""
+"""Landmarks of hands: found on the sample, on their own side, in the photo's pixels; not where no
+hand is."""
 
 from __future__ import annotations
 
@@ -35,7 +36,9 @@ def test_both_hands_of_the_sample(photo: np.ndarray, keypoints: np.ndarray) -> N
     assert hands is not None
     assert hands[:, :, 3].min() == 1
     for hand, side in zip(hands, ("left", "right"), strict=True):
-        knuckles = keypoints[[LANDMARK_INDEX[f"{side}_index"], LANDMARK_INDEX[f"{side}_pinky"]], :2].mean(axis=0)
+        knuckles = keypoints[
+            [LANDMARK_INDEX[f"{side}_index"], LANDMARK_INDEX[f"{side}_pinky"]], :2
+        ].mean(axis=0)
         length = np.linalg.norm(hand[0, :2] - hand[12, :2])
         assert np.linalg.norm(hand[[5, 9, 13, 17], :2].mean(axis=0) - knuckles) < 0.4 * length
         assert hand[0, 2] == pytest.approx(0, abs=0.5)
@@ -44,7 +47,9 @@ def test_both_hands_of_the_sample(photo: np.ndarray, keypoints: np.ndarray) -> N
     assert (np.abs(hands[:, 4, 0] - trunk) < np.abs(hands[:, 12, 0] - trunk)).all()
 
 
-def test_pixels_are_the_photos_wherever_the_person_stands(photo: np.ndarray, keypoints: np.ndarray) -> None:
+def test_pixels_are_the_photos_wherever_the_person_stands(
+    photo: np.ndarray, keypoints: np.ndarray
+) -> None:
     shift = np.array([120, 60])
     moved = np.zeros((photo.shape[0] + 60, photo.shape[1] + 120, 3), np.uint8)
     moved[60:, 120:] = photo

@@ -26,7 +26,9 @@ def test_the_horizon_goes_on_behind_the_person():
     hole = mask > 0
     off = np.abs(painted.astype(float) - behind)[hole]
     assert off.mean() < 8  # grain alone is 4 on average between two of its draws
-    assert (off.max(axis=-1) > 60).mean() < 0.02  # the red has gone, and the borders of sea and sand run through
+    assert (
+        off.max(axis=-1) > 60
+    ).mean() < 0.02  # the red has gone, and the borders of sea and sand run through
     away = np.zeros_like(hole)
     away[:, :60] = away[:, 100:] = True
     np.testing.assert_array_equal(painted[away], photo[away])

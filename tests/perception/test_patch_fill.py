@@ -15,7 +15,9 @@ def room(height: int = 150, width: int = 200) -> ByteArray:
     light = 1.0 - 0.45 * columns / width
     wall, floor = np.array([225, 205, 190]), np.array([120, 90, 60])
     plain = np.where((rows < 0.7 * height)[..., None], wall, floor) * light[..., None]
-    return np.clip(plain + np.random.default_rng(1).normal(0, 2, (height, width, 1)), 0, 255).astype(np.uint8)
+    return np.clip(
+        plain + np.random.default_rng(1).normal(0, 2, (height, width, 1)), 0, 255
+    ).astype(np.uint8)
 
 
 def person(height: int = 150, width: int = 200) -> BoolArray:
@@ -29,12 +31,21 @@ def test_the_light_on_a_wall_goes_on_without_bands() -> None:
     painted = paint_out(photo, mask.astype(np.float32)).astype(float)
     off = np.abs(painted - behind)[mask]
     assert off.mean() < 5  # grain alone is 2.7; by shift maps alone it is over 8
-    assert (off.max(axis=-1) > 30).mean() < 0.06  # where the border between wall and floor is a few pixels off
-    rows = slice(40, 90)  # the wall's mean over the hole falls as it does around: no step at either rim
+    assert (
+        off.max(axis=-1) > 30
+    ).mean() < 0.06  # where the border between wall and floor is a few pixels off
+    rows = slice(
+        40, 90
+    )  # the wall's mean over the hole falls as it does around: no step at either rim
     inside = painted[rows, 88:122].mean(axis=(0, 2))
     assert np.abs(np.diff(inside)).max() < 3
-    across = painted[95:115, 105].mean(axis=1)  # the border between wall and floor is as sharp as beside the person
-    assert np.abs(np.diff(across)).max() > 0.5 * np.abs(np.diff(behind[95:115, 40].mean(axis=1).astype(float))).max()
+    across = painted[95:115, 105].mean(
+        axis=1
+    )  # the border between wall and floor is as sharp as beside the person
+    assert (
+        np.abs(np.diff(across)).max()
+        > 0.5 * np.abs(np.diff(behind[95:115, 40].mean(axis=1).astype(float))).max()
+    )
 
 
 def test_what_is_known_stays_and_seeds_repeat() -> None:

@@ -45,16 +45,24 @@ def test_landmarks_lie_on_the_person(subject) -> None:
         assert confidence > 0.8
         assert subject.mask[int(v), int(u)] > 0.9
     # the person faces the camera: their left is on the photo's right, and up is up
-    assert subject.keypoints[BLAZEPOSE.index("left_shoulder"), 0] > subject.keypoints[BLAZEPOSE.index("right_shoulder"), 0]
+    assert (
+        subject.keypoints[BLAZEPOSE.index("left_shoulder"), 0]
+        > subject.keypoints[BLAZEPOSE.index("right_shoulder"), 0]
+    )
     assert subject.keypoints_3d[BLAZEPOSE.index("nose"), 1] > 0.3
-    assert subject.keypoints_3d[BLAZEPOSE.index("nose"), 2] > subject.keypoints_3d[BLAZEPOSE.index("left_ear"), 2]
+    assert (
+        subject.keypoints_3d[BLAZEPOSE.index("nose"), 2]
+        > subject.keypoints_3d[BLAZEPOSE.index("left_ear"), 2]
+    )
     assert subject.warnings == ()
 
 
 def test_who_stands_upright_does_so_in_3d(subject) -> None:
     depth = {name: subject.keypoints_3d[[BLAZEPOSE.index(f"{side}_{name}") for side in ("left", "right")], 2].mean()
              for name in ("shoulder", "hip", "ankle")}  # fmt: skip
-    assert np.ptp(list(depth.values())) < 0.08  # the detector itself leans this person over by 20 cm
+    assert (
+        np.ptp(list(depth.values())) < 0.08
+    )  # the detector itself leans this person over by 20 cm
 
 
 def test_given_mask_matches_published_one(data_dir: Path) -> None:
@@ -69,8 +77,18 @@ def test_given_mask_matches_published_one(data_dir: Path) -> None:
 def test_largest_of_two_people(photo: np.ndarray, subject) -> None:
     height, width = photo.shape[:2]
     person = in_photo(subject)
-    scene = np.concatenate([photo, np.zeros((height, width // 2, 3), np.uint8) + photo[:5, :5].mean(axis=(0, 1)).astype(np.uint8)], axis=1)
-    small, soft = (cv2.resize(x, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for x in (photo, person.astype(np.float32)))
+    scene = np.concatenate(
+        [
+            photo,
+            np.zeros((height, width // 2, 3), np.uint8)
+            + photo[:5, :5].mean(axis=(0, 1)).astype(np.uint8),
+        ],
+        axis=1,
+    )
+    small, soft = (
+        cv2.resize(x, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+        for x in (photo, person.astype(np.float32))
+    )
     top, left = height // 3, scene.shape[1] - small.shape[1]
     window = scene[top : top + small.shape[0], left:]
     window[:] = (window * (1 - soft[..., None]) + small * soft[..., None]).astype(np.uint8)
@@ -82,7 +100,9 @@ def test_largest_of_two_people(photo: np.ndarray, subject) -> None:
 def test_small_person_in_a_large_photo(photo: np.ndarray, subject) -> None:
     factor = 220 / subject.mask.shape[0]
     small = cv2.resize(photo, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-    soft = cv2.resize(in_photo(subject).astype(np.float32), small.shape[1::-1], interpolation=cv2.INTER_AREA)
+    soft = cv2.resize(
+        in_photo(subject).astype(np.float32), small.shape[1::-1], interpolation=cv2.INTER_AREA
+    )
     meadow = np.full((2400, 3200, 3), (150, 170, 190), np.uint8)
     window = meadow[1900 : 1900 + small.shape[0], 2500 : 2500 + small.shape[1]]
     window[:] = (window * (1 - soft[..., None]) + small * soft[..., None]).astype(np.uint8)
@@ -98,13 +118,21 @@ def test_cut_off_feet_and_head_are_told(photo: np.ndarray, subject) -> None:
     _, _top, _, _bottom = subject.crop
     rows = np.nonzero(in_photo(subject).any(axis=1))[0]
     tall = rows[-1] - rows[0]
-    assert any("feet" in warning for warning in find_person(photo[: rows[0] + int(0.8 * tall)]).warnings)
-    assert any("head" in warning for warning in find_person(photo[rows[0] + int(0.06 * tall) :]).warnings)
+    assert any(
+        "feet" in warning for warning in find_person(photo[: rows[0] + int(0.8 * tall)]).warnings
+    )
+    assert any(
+        "head" in warning for warning in find_person(photo[rows[0] + int(0.06 * tall) :]).warnings
+    )
 
 
 def test_nobody_is_an_error() -> None:
     noise = np.random.default_rng(0).integers(0, 255, (300, 400, 3), dtype=np.uint8)
-    for picture in (noise, np.full((300, 400, 3), 90, np.uint8), np.dstack([noise, np.zeros((300, 400), np.uint8)])):
+    for picture in (
+        noise,
+        np.full((300, 400, 3), 90, np.uint8),
+        np.dstack([noise, np.zeros((300, 400), np.uint8)]),
+    ):
         with pytest.raises(InputError, match=r"person"):
             find_person(picture)
 
@@ -144,7 +172,9 @@ def test_refinement_finds_the_edge() -> None:
     y, x = np.mgrid[:240, :240]
     disc = np.hypot(x - 120, y - 120) < 70
     rng = np.random.default_rng(1)
-    image = np.where(disc[..., None], (180, 60, 50), (60, 110, 170)) + rng.normal(0, 6, (240, 240, 3))
+    image = np.where(disc[..., None], (180, 60, 50), (60, 110, 170)) + rng.normal(
+        0, 6, (240, 240, 3)
+    )
     rough = cv2.GaussianBlur((np.hypot(x - 123, y - 118) < 72).astype(np.float32), (0, 0), 3)
     refined = refine_mask(image.clip(0, 255).astype(np.uint8), rough, height=240, band=0.03)
     assert iou(refined > 0.5, disc) > 0.99

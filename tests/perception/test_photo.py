@@ -77,7 +77,9 @@ def test_alpha_is_kept_only_where_it_says_something(ramp: np.ndarray) -> None:
     alpha[:50] = 0
     photo = decode_photo(encode(Image.fromarray(np.dstack([ramp, alpha]))))
     assert np.array_equal(photo[..., 3], alpha)
-    assert np.array_equal(decode_mask(encode(Image.fromarray(np.dstack([ramp, alpha])))), alpha / np.float32(255))
+    assert np.array_equal(
+        decode_mask(encode(Image.fromarray(np.dstack([ramp, alpha])))), alpha / np.float32(255)
+    )
 
 
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "WEBP"])
@@ -88,7 +90,14 @@ def test_truncated_files_are_named(ramp: np.ndarray, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"hello", b"%PDF-1.4 nothing", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 200 200\n", b"\x89PNG\r\n\x1a\n"]
+    "data",
+    [
+        b"",
+        b"hello",
+        b"%PDF-1.4 nothing",
+        b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 200 200\n",
+        b"\x89PNG\r\n\x1a\n",
+    ],
 )
 def test_what_is_no_image_is_refused(data: bytes) -> None:
     with pytest.raises(InputError, match="x is") as caught:

@@ -1,4 +1,5 @@
-"""What the pose detector overlooks: people who are not found at once, and parts that a mask lacks."""
+"""What the pose detector overlooks: people who are not found at once, and parts that a mask
+lacks."""
 
 from __future__ import annotations
 
@@ -21,7 +22,9 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 @pytest.fixture(scope="module")
 def photo() -> np.ndarray:
     """The sample photograph, (512, 512, 3)."""
-    return cv2.resize(decode_photo(SAMPLE.read_bytes())[..., :3], (512, 512), interpolation=cv2.INTER_AREA)
+    return cv2.resize(
+        decode_photo(SAMPLE.read_bytes())[..., :3], (512, 512), interpolation=cv2.INTER_AREA
+    )
 
 
 @pytest.fixture(scope="module")
@@ -36,19 +39,32 @@ def iou(a: np.ndarray, b: np.ndarray) -> float:
     return float((a & b).sum() / (a | b).sum())
 
 
-def test_a_mirrored_detection_is_that_of_the_mirrored_picture(photo: np.ndarray, person: Detection) -> None:
+def test_a_mirrored_detection_is_that_of_the_mirrored_picture(
+    photo: np.ndarray, person: Detection
+) -> None:
     with Detector() as detector:
         other = detector.one(photo[:, ::-1])
     assert other is not None
     back = other.mirrored()
     assert iou(back.mask > 0.5, person.mask > 0.5) > 0.97
     seen = person.keypoints[:, 2] > 0.7
-    assert np.median(np.linalg.norm(back.keypoints[seen, :2] - person.keypoints[seen, :2], axis=1)) < 6
-    assert np.median(np.linalg.norm(back.keypoints[seen, :2] - person.keypoints[MIRRORED_BLAZEPOSE][seen, :2], axis=1)) > 12
+    assert (
+        np.median(np.linalg.norm(back.keypoints[seen, :2] - person.keypoints[seen, :2], axis=1)) < 6
+    )
+    assert (
+        np.median(
+            np.linalg.norm(
+                back.keypoints[seen, :2] - person.keypoints[MIRRORED_BLAZEPOSE][seen, :2], axis=1
+            )
+        )
+        > 12
+    )
     np.testing.assert_array_equal(back.mirrored().keypoints_3d, other.keypoints_3d)
 
 
-def test_who_is_not_found_at_once_is_found_in_a_wider_picture(photo: np.ndarray, person: Detection) -> None:
+def test_who_is_not_found_at_once_is_found_in_a_wider_picture(
+    photo: np.ndarray, person: Detection
+) -> None:
     matrix = cv2.getRotationMatrix2D((256, 256), 0, 2.0)
     large = cv2.warpAffine(photo, matrix, (512, 512), borderMode=cv2.BORDER_REPLICATE)
     truth = cv2.warpAffine(person.mask, matrix, (512, 512)) > 0.5
@@ -61,7 +77,9 @@ def test_who_is_not_found_at_once_is_found_in_a_wider_picture(photo: np.ndarray,
 
 
 def test_legs_that_the_mask_lacks_are_added(photo: np.ndarray, person: Detection) -> None:
-    hips = int(person.keypoints[[LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]], 1].mean())
+    hips = int(
+        person.keypoints[[LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]], 1].mean()
+    )
     cut = person.mask.copy()
     cut[hips + 20 :] = 0
     half = replace(person, mask=cut)
@@ -84,7 +102,8 @@ def test_both_segmenters_see_the_person(photo: np.ndarray, person: Detection) ->
 
 
 def _scene(sure: float = 1.0, *, away: int = 0, wide: int = 40) -> tuple[np.ndarray, np.ndarray]:
-    """A mask of a trunk with one leg, and the probabilities of people: another leg, `away` pixels further down."""
+    """A mask of a trunk with one leg, and the probabilities of people: another leg, `away` pixels
+    further down."""
     mask, probability = np.zeros((300, 200), np.float32), np.zeros((300, 200), np.float32)
     mask[40:160, 60:140] = 1
     mask[160:260, 60:90] = 1

@@ -16,7 +16,11 @@ REMARKS = (
     "W0000 00:00:1732390000.000000 1 inference_feedback_manager.cc:114] Feedback manager requires a model with a single signature inference.\n",
     "I0000 00:00:1732390000.000000 1 gl_context_egl.cc:85] Successfully initialized EGL.\n",
 )
-ERRORS = ("E0000 00:00:1732390000.000000 1 calculator_graph.cc:853] UNKNOWN: no such file\n", "ERROR: out of memory\n", "Killed by something\n")
+ERRORS = (
+    "E0000 00:00:1732390000.000000 1 calculator_graph.cc:853] UNKNOWN: no such file\n",
+    "ERROR: out of memory\n",
+    "Killed by something\n",
+)
 
 
 def test_remarks_are_kept_off_stderr_and_errors_are_not(capfd: pytest.CaptureFixture[str]) -> None:
@@ -41,7 +45,8 @@ def test_what_was_said_before_an_exception_is_not_lost(capfd: pytest.CaptureFixt
 
 
 def test_mediapipe_says_nothing() -> None:
-    """In a process of its own, where the models are opened for the first time; its threads say so when they like."""
+    """In a process of its own, where the models are opened for the first time; its threads say so
+    when they like."""
     code = (
         "import numpy as np, time\n"
         "from a2v.perception.detector import Detector\n"

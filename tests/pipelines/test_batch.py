@@ -1,4 +1,5 @@
-"""``a2v batch``: each result once, failures that stop nothing, runs that go on, tables of it all."""
+"""``a2v batch``: each result once, failures that stop nothing, runs that go on, tables of it
+all."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def records(out: Path) -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> tuple[Path, Path]:
-    """Jobs and their folder: three that succeed, of which two share their person and one is given twice, and three that cannot."""
+    """Jobs and their folder: three that succeed, of which two share their person and one is given
+    twice, and three that cannot."""
     folder = tmp_path_factory.mktemp("batch")
     shutil.copy(SAMPLE, folder / "me.jpg")
     (folder / "poisoned.jpg").write_bytes(SAMPLE.read_bytes()[:5000])
@@ -55,25 +57,44 @@ def test_what_fails_stops_nothing_and_is_told(made):
     assert "damaged" in found["poisoned"]["problem"]
     assert not any(record["trace"] for record in found.values())
     for name in ("walk", "jump", "again"):
-        assert {"video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "thumbnail.jpg"} == set(
-            found[name]["files"]
-        )
-    assert sha256(out / found["walk"]["folder"] / "video.mp4") == sha256(out / found["again"]["folder"] / "video.mp4")
-    assert sha256(out / found["walk"]["folder"] / "video.mp4") != sha256(out / found["jump"]["folder"] / "video.mp4")
+        assert {
+            "video.mp4",
+            "front.mp4",
+            "character.glb",
+            "motion.bvh",
+            "motion.npz",
+            "preview.html",
+            "thumbnail.jpg",
+        } == set(found[name]["files"])
+    assert sha256(out / found["walk"]["folder"] / "video.mp4") == sha256(
+        out / found["again"]["folder"] / "video.mp4"
+    )
+    assert sha256(out / found["walk"]["folder"] / "video.mp4") != sha256(
+        out / found["jump"]["folder"] / "video.mp4"
+    )
 
 
 def test_the_tables_hold_every_job(made):
     _, out = made
     with open(out / "results.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert {row["name"]: row["status"] for row in rows} == {name: record["status"] for name, record in records(out).items()}
+    assert {row["name"]: row["status"] for row in rows} == {
+        name: record["status"] for name, record in records(out).items()
+    }
     page = (out / "index.html").read_text()
     assert page.count("<img ") == 3
     assert page.count('class="failed"') == 3
 
 
 def test_a_table_page_quotes_what_users_write(tmp_path):
-    record = {"folder": "a", "status": "failed", "name": "<script>", "photo": "=1+1", "problem": "<b>", "files": {}}
+    record = {
+        "folder": "a",
+        "status": "failed",
+        "name": "<script>",
+        "photo": "=1+1",
+        "problem": "<b>",
+        "files": {},
+    }
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "job.json").write_text(json.dumps(record))
     (tmp_path / "b").mkdir()
@@ -118,7 +139,9 @@ def test_a_lost_file_is_made_again_and_failures_are_tried_on_demand(made, tmp_pa
     (copy / found["unknown"]["folder"] / "job.json").write_text("{")
     stamp = (copy / found["poisoned"]["folder"] / "job.json").stat().st_mtime_ns
     assert batch(jobs, copy) == 0
-    assert sha256(copy / found["walk"]["folder"] / "video.mp4") == sha256(out / found["walk"]["folder"] / "video.mp4")
+    assert sha256(copy / found["walk"]["folder"] / "video.mp4") == sha256(
+        out / found["walk"]["folder"] / "video.mp4"
+    )
     assert records(copy)["unknown"]["status"] == "failed"
     assert (copy / found["poisoned"]["folder"] / "job.json").stat().st_mtime_ns == stamp
     assert batch(jobs, copy, "--retry-failed") == 0
@@ -141,26 +164,52 @@ def strange(task: Task, store: Store, likeness: object) -> Result:
 
 
 def test_jobs_of_a_failed_person_fail_with_its_reason_and_others_go_on(monkeypatch, tmp_path):
-    given = [task("p", "person"), task("q", "person"), task("a", after=("p",)), task("b", after=("p", "a")), task("c", after=("q", "gone"))]
+    given = [
+        task("p", "person"),
+        task("q", "person"),
+        task("a", after=("p",)),
+        task("b", after=("p", "a")),
+        task("c", after=("q", "gone")),
+    ]
     over = drive(monkeypatch, tmp_path, given, bad)
     assert {key for key, result in over.items() if result.problem == "p is bad"} == {"p", "a", "b"}
 
 
 def test_a_worker_that_dies_takes_only_its_own_task(monkeypatch, tmp_path):
     monkeypatch.setattr(schedule, "LOSSES", 3)
-    over = drive(monkeypatch, tmp_path, [task(name) for name in ("a", "b", "always", "c")], dies_once, executor="local")
+    over = drive(
+        monkeypatch,
+        tmp_path,
+        [task(name) for name in ("a", "b", "always", "c")],
+        dies_once,
+        executor="local",
+    )
     assert {key for key, result in over.items() if result.problem} == {"always"}
     assert "memory" in over["always"].problem
 
 
 def test_one_task_at_least_runs_however_little_memory_is_allowed(monkeypatch, tmp_path):
-    assert len(drive(monkeypatch, tmp_path, [task(str(n)) for n in range(5)], good, executor="local", limit=1)) == 5
+    assert (
+        len(
+            drive(
+                monkeypatch,
+                tmp_path,
+                [task(str(n)) for n in range(5)],
+                good,
+                executor="local",
+                limit=1,
+            )
+        )
+        == 5
+    )
 
 
 def test_a_worker_that_runs_something_else_stops_the_batch(monkeypatch, tmp_path):
     with pytest.raises(A2VError, match="other code"):
         drive(monkeypatch, tmp_path, [task("a")], strange)
-    result = perform(task("a"), Store(tmp_path), tasks.own_likeness() | {"the weights person.onnx": "0" * 40})
+    result = perform(
+        task("a"), Store(tmp_path), tasks.own_likeness() | {"the weights person.onnx": "0" * 40}
+    )
     assert result.strange
     assert "the weights person.onnx" in result.problem
 

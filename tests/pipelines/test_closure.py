@@ -15,16 +15,26 @@ from pipelines.engine.graph import Step
 from pipelines.graph import video_graph
 
 ROOT = Path(__file__).resolve().parents[2]
-_NO_NODES = ("pipelines/serve/page/", "a2v/motion/browser/", "a2v/rendering/looks/", "export/blender/")
-"""Pages, an add-on, and looks, which are arguments of nodes: no node's result depends on these files."""
+_NO_NODES = (
+    "pipelines/serve/page/",
+    "a2v/motion/browser/",
+    "a2v/rendering/looks/",
+    "export/blender/",
+)
+"""Pages, an add-on, and looks, which are arguments of nodes: no node's result depends on these
+files."""
 RUNS = " (what it runs)"
-STEPS = {step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)}
+STEPS = {
+    step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)
+}
 
 
 def project_files(root: Path) -> list[Path]:
     """Everything that the packages hold but weights."""
     found = [path for package in PROJECT for path in (root / package).rglob("*") if path.is_file()]
-    return sorted(path for path in found if "__pycache__" not in path.parts and "weights" not in path.parts)
+    return sorted(
+        path for path in found if "__pycache__" not in path.parts and "weights" not in path.parts
+    )
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +87,24 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         if path != own:
             with Edited(path):
                 assert digest(tree, step) != before, path
-    with Edited(*(path for path in project_files(tree) if path not in closure or path == own)):  # a new name in its own module is outside
+    with Edited(
+        *(path for path in project_files(tree) if path not in closure or path == own)
+    ):  # a new name in its own module is outside
         assert digest(tree, step) == before
     text = own.read_text()
-    line = next(node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == name).body[0].lineno
+    line = (
+        next(
+            node
+            for node in ast.parse(text).body
+            if isinstance(node, ast.FunctionDef) and node.name == name
+        )
+        .body[0]
+        .lineno
+    )
     lines = text.splitlines(keepends=True)
-    own.write_text("".join([*lines[: line - 1], "    # in the function itself\n", *lines[line - 1 :]]))
+    own.write_text(
+        "".join([*lines[: line - 1], "    # in the function itself\n", *lines[line - 1 :]])
+    )
     try:
         assert digest(tree, step) != before
     finally:
@@ -94,12 +116,32 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
     [
         ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored_surface", "camera", "clip"}),
         ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
-        ("a2v/reconstruction/color.py", {"colored_surface"}, {"surface", "photo_body", "body", "surface_with_face"}),
-        ("a2v/geometry/rays.py", {"surface", "colored_surface", "photo_body", "body"}, {"motion", "frame", "vertices"}),
-        ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "vertices"}),
+        (
+            "a2v/reconstruction/color.py",
+            {"colored_surface"},
+            {"surface", "photo_body", "body", "surface_with_face"},
+        ),
+        (
+            "a2v/geometry/rays.py",
+            {"surface", "colored_surface", "photo_body", "body"},
+            {"motion", "frame", "vertices"},
+        ),
+        (
+            "a2v/kinematics/transforms.py",
+            {"subject", "motion", "poses", "glb"},
+            {"frame", "vertices"},
+        ),
         ("a2v/sessions.py", {"motion", "surface", "subject"}, {"frame", "photo_body"}),
-        ("a2v/perception/data/depth_correction.npz", {"subject", "recorded_motion"}, set(STEPS) - {"subject", "recorded_motion"}),
-        ("a2v/perception/data/bodymap.onnx", {"subject", "recorded_motion"}, set(STEPS) - {"subject", "recorded_motion"}),
+        (
+            "a2v/perception/data/depth_correction.npz",
+            {"subject", "recorded_motion"},
+            set(STEPS) - {"subject", "recorded_motion"},
+        ),
+        (
+            "a2v/perception/data/bodymap.onnx",
+            {"subject", "recorded_motion"},
+            set(STEPS) - {"subject", "recorded_motion"},
+        ),
         ("a2v/body/data/pose_prior_anny.npz", {"photo_body", "body"}, {"surface", "poses"}),
         ("a2v/lab/motion/training.py", set(), set(STEPS)),
         ("a2v/version.py", {"glb", "still"}, {"surface", "motion"}),  # the writer names it
@@ -119,7 +161,11 @@ def test_the_quick_reading_of_imports_agrees_with_a_full_one():
     for path in project_files(ROOT):
         if path.suffix == ".py":
             text, package = path.read_text(), ".".join(path.relative_to(ROOT).parent.parts)
-            full = {one for one in imports_of(ast.walk(parse(text)), package) if one.module.partition(".")[0] in PROJECT}
+            full = {
+                one
+                for one in imports_of(ast.walk(parse(text)), package)
+                if one.module.partition(".")[0] in PROJECT
+            }
             assert set(imports_in(text, package)) == full, path
 
 
@@ -129,10 +175,19 @@ def test_every_data_file_is_known_to_some_module():
     for path in project_files(ROOT):
         if path.suffix == ".py":
             known |= set(sources._data_named(path.read_text(), path.relative_to(ROOT).as_posix()))
-    data = {path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"}
+    data = {
+        path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"
+    }
     data = {name for name in data if not name.startswith(_NO_NODES)}
-    unnamed = {"a2v/motion/words.licence.txt", "a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
-    assert data - known == unnamed | {"export/factors_cmu_fine.csv"}  # given to export.retune on its command line
+    unnamed = {
+        "a2v/motion/words.licence.txt",
+        "a2v/py.typed",
+        "a2v/samples/README.md",
+        "a2v/samples/person.jpg",
+    }
+    assert data - known == unnamed | {
+        "export/factors_cmu_fine.csv"
+    }  # given to export.retune on its command line
 
 
 # --- the rules, on a small project
@@ -217,7 +272,10 @@ TABLE = {"table.py", "cloth.py", "data/plates.bin"}
         ("dine", TABLE),
         ("look", CHAIR),  # of a package, what is used of it
         ("whole", {"__init__.py"} | CHAIR | TABLE),  # a package used in another way: all of it
-        ("OTHER", {"lamp.py", "bulb.py", "../__init__.py", "__init__.py"} | CHAIR | TABLE),  # `import a2v.room.bulb` gives all of a2v
+        (
+            "OTHER",
+            {"lamp.py", "bulb.py", "../__init__.py", "__init__.py"} | CHAIR | TABLE,
+        ),  # `import a2v.room.bulb` gives all of a2v
         ("dump", set()),
     ],
 )
@@ -229,12 +287,22 @@ def test_what_is_followed(small, name, expected):
 @pytest.mark.parametrize(
     ("name", "old", "new", "changes"),
     [
-        ("seat", "CHAIRS = 3", "CHAIRS = 4", True),  # through a class, which only an annotation names
+        (
+            "seat",
+            "CHAIRS = 3",
+            "CHAIRS = 4",
+            True,
+        ),  # through a class, which only an annotation names
         ("dine", "CHAIRS = 3", "CHAIRS = 4", False),
         ("seat", "return sit()", "return 2 * sit()", True),
         ("dine", "return sit()", "return 2 * sit()", False),
         ("dump", "import json", "import ujson as json", True),
-        ("dump", "CHAIRS = 3", "CHAIRS = 3\nlight.switch(on=True)", True),  # what runs at import counts for all
+        (
+            "dump",
+            "CHAIRS = 3",
+            "CHAIRS = 3\nlight.switch(on=True)",
+            True,
+        ),  # what runs at import counts for all
         ("dump", "CHAIRS = 3", 'CHAIRS = 3\n"""Of one table."""', False),
         ("seat", "import lay, sit", "import lay, lay as sit", True),
     ],

@@ -1,4 +1,5 @@
-"""The engine on small numeric nodes: caching by content, partial runs, fan-out, resume after a kill."""
+"""The engine on small numeric nodes: caching by content, partial runs, fan-out, resume after a
+kill."""
 
 from __future__ import annotations
 
@@ -32,12 +33,25 @@ VIEWS = (10, 20, 30)
 
 def go(store: Store, target="total", *, length=4, factor=2.0, views=VIEWS, **options) -> Outcome:
     options.setdefault("executor", "serial")
-    return run(target, graph=GRAPH, store=store, length=length, scale=Scale(factor), views=views, wait=0.0, **options)
+    return run(
+        target,
+        graph=GRAPH,
+        store=store,
+        length=length,
+        scale=Scale(factor),
+        views=views,
+        wait=0.0,
+        **options,
+    )
 
 
 def computed(outcome: Outcome) -> dict[str, int]:
     """How often each node really ran."""
-    return {name: stats.calls - stats.cached for name, stats in outcome.nodes.items() if stats.calls > stats.cached}
+    return {
+        name: stats.calls - stats.cached
+        for name, stats in outcome.nodes.items()
+        if stats.calls > stats.cached
+    }
 
 
 def answer(outcome: Outcome) -> float:
@@ -52,7 +66,15 @@ def store(tmp_path: Path) -> Store:
 def test_computes_and_then_remembers(store):
     first = go(store)
     assert answer(first) == expected(4, 2.0, VIEWS)
-    assert computed(first) == {"base": 1, "item": 1, "square": 4, "shift": 1, "cell": 12, "column": 3, "total": 1}
+    assert computed(first) == {
+        "base": 1,
+        "item": 1,
+        "square": 4,
+        "shift": 1,
+        "cell": 12,
+        "column": 3,
+        "total": 1,
+    }
     second = go(store)
     assert computed(second) == {}
     assert second.values["total"] == first.values["total"]
@@ -60,7 +82,10 @@ def test_computes_and_then_remembers(store):
 
 
 def test_local_processes_give_the_same(store, tmp_path):
-    assert go(store, executor="local", workers=2).values["total"] == go(Store(tmp_path / "other")).values["total"]
+    assert (
+        go(store, executor="local", workers=2).values["total"]
+        == go(Store(tmp_path / "other")).values["total"]
+    )
 
 
 def test_a_longer_run_keeps_the_finished_frames(store):
@@ -85,7 +110,12 @@ def test_equal_content_stops_the_recomputation(store):
 def test_only_what_the_target_needs_runs(store):
     outcome = go(store, "square")
     assert set(outcome.nodes) == {"base", "item", "square"}
-    assert [outcome.store.get(ref, Numbers).values[0] for ref in outcome.values["square"]] == [0.0, 4.0, 16.0, 36.0]
+    assert [outcome.store.get(ref, Numbers).values[0] for ref in outcome.values["square"]] == [
+        0.0,
+        4.0,
+        16.0,
+        36.0,
+    ]
 
 
 def test_start_computes_a_node_and_what_follows_anew(store):
@@ -95,7 +125,13 @@ def test_start_computes_a_node_and_what_follows_anew(store):
 
 
 def test_an_override_replaces_the_steps_that_make_it(store):
-    outcome = run("square", graph=GRAPH, store=store, executor="serial", overrides={"item": [store.put(Numbers(values=np.array([7.0])))]})
+    outcome = run(
+        "square",
+        graph=GRAPH,
+        store=store,
+        executor="serial",
+        overrides={"item": [store.put(Numbers(values=np.array([7.0])))]},
+    )
     assert set(outcome.nodes) == {"square"}
     assert outcome.store.get(outcome.values["square"][0], Numbers).values[0] == 49.0
 
@@ -127,7 +163,17 @@ def test_a_value_lost_in_the_middle_of_a_run_is_made_again(store):
             taken.append(True)
 
     first = go(store, "square")
-    outcome = run("total", graph=GRAPH, store=store, executor="serial", length=4, scale=Scale(), views=VIEWS, wait=0.1, progress=thief)
+    outcome = run(
+        "total",
+        graph=GRAPH,
+        store=store,
+        executor="serial",
+        length=4,
+        scale=Scale(),
+        views=VIEWS,
+        wait=0.1,
+        progress=thief,
+    )
     assert answer(outcome) == expected(4, 2.0, VIEWS)
     assert taken
 
@@ -185,7 +231,11 @@ def test_progress_counts_to_the_end_and_notes_are_kept(store):
     assert [update.done for update in cells] == sorted(update.done for update in cells)
     assert outcome.notes == ("numbers are fine",)
     assert go(store).notes == ("numbers are fine",)
-    assert go(store).nodes["base"].measures == outcome.nodes["base"].measures == {"length": 4, "parts": {"factor": 2.0}}
+    assert (
+        go(store).nodes["base"].measures
+        == outcome.nodes["base"].measures
+        == {"length": 4, "parts": {"factor": 2.0}}
+    )
     assert all(stats.peak_memory > 1 << 20 for stats in outcome.nodes.values())
     assert outcome.peak_memory > 1 << 20
     assert not list((store.folder / "runs").iterdir())
@@ -194,7 +244,10 @@ def test_progress_counts_to_the_end_and_notes_are_kept(store):
 def test_graph_helpers():
     assert inputs_of(GRAPH) == ("length", "scale", "views", "wait")
     assert [step.node.name for step in needed_for(GRAPH, ["square"])] == ["base", "item", "square"]
-    assert [step.node.name for step in needed_for(GRAPH, ["total"], ["cell"])] == ["column", "total"]
+    assert [step.node.name for step in needed_for(GRAPH, ["total"], ["cell"])] == [
+        "column",
+        "total",
+    ]
     assert downstream_of(GRAPH, "shift") == {"shift", "cell", "column", "total"}
     assert topological(GRAPH[::-1])[0].node.name == "base"
 
@@ -211,7 +264,18 @@ def test_keys_see_values_and_not_objects():
     assert key("c", (3, Scale(1.0)), {}) != key("d", (3, Scale(1.0)), {})
     array = np.arange(4)
     keys = {
-        key("c", (value, 0), {}) for value in (array, array.astype(np.float32), array.reshape(2, 2), array[::-1], 4, "4", None, True, 1.0)
+        key("c", (value, 0), {})
+        for value in (
+            array,
+            array.astype(np.float32),
+            array.reshape(2, 2),
+            array[::-1],
+            4,
+            "4",
+            None,
+            True,
+            1.0,
+        )
     }
     assert len(keys) == 9
 
@@ -230,7 +294,11 @@ def test_files_count_by_their_content(tmp_path):
         (tmp_path / name).write_text(text)
     a, b, c = (File.of(tmp_path / name) for name in "abc")
     assert a == b != c
-    assert numbers.base.key("c", (a, 0), {}) == numbers.base.key("c", (b, 0), {}) != numbers.base.key("c", (c, 0), {})
+    assert (
+        numbers.base.key("c", (a, 0), {})
+        == numbers.base.key("c", (b, 0), {})
+        != numbers.base.key("c", (c, 0), {})
+    )
     (tmp_path / "d").touch()
     with pytest.raises(InputError, match="empty"):
         File.of(tmp_path / "d")
@@ -308,7 +376,9 @@ def children(pid: int) -> list[int]:
 
 
 def test_a_killed_run_keeps_its_finished_frames_and_leaves_no_worker(store, tmp_path):
-    command = script(tmp_path, JOB.format(store=str(store.folder), executor="local", length=8, wait=0.15))
+    command = script(
+        tmp_path, JOB.format(store=str(store.folder), executor="local", length=8, wait=0.15)
+    )
     process = subprocess.Popen(command, env=environment(tmp_path), stdout=subprocess.PIPE)
     deadline = time.monotonic() + 60
     while logged(tmp_path)["cell"] < 6:
@@ -319,13 +389,21 @@ def test_a_killed_run_keeps_its_finished_frames_and_leaves_no_worker(store, tmp_
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert workers
-    while any(Path(f"/proc/{pid}").exists() and "Z" not in Path(f"/proc/{pid}/stat").read_text().split()[2] for pid in workers):
+    while any(
+        Path(f"/proc/{pid}").exists()
+        and "Z" not in Path(f"/proc/{pid}/stat").read_text().split()[2]
+        for pid in workers
+    ):
         assert time.monotonic() < deadline, "workers outlive the killed run"
         time.sleep(0.05)
     done = logged(tmp_path)["cell"]
     assert done < 24
-    quick = script(tmp_path, JOB.format(store=str(store.folder), executor="local", length=8, wait=0.15))
-    result = subprocess.run(quick, env=environment(tmp_path), capture_output=True, text=True, timeout=120, check=True)
+    quick = script(
+        tmp_path, JOB.format(store=str(store.folder), executor="local", length=8, wait=0.15)
+    )
+    result = subprocess.run(
+        quick, env=environment(tmp_path), capture_output=True, text=True, timeout=120, check=True
+    )
     assert float(result.stdout) == expected(8, 2.0, VIEWS)
     after = logged(tmp_path)
     assert after["base"] == after["item"] == after["shift"] == 1
@@ -334,8 +412,16 @@ def test_a_killed_run_keeps_its_finished_frames_and_leaves_no_worker(store, tmp_
 
 
 def test_two_runs_at_once_share_a_store(store, tmp_path):
-    commands = [script(tmp_path, JOB.format(store=str(store.folder), executor="serial", length=6, wait=0.01)) for _ in range(2)]
-    processes = [subprocess.Popen(command, env=environment(tmp_path), stdout=subprocess.PIPE, text=True) for command in commands]
+    commands = [
+        script(
+            tmp_path, JOB.format(store=str(store.folder), executor="serial", length=6, wait=0.01)
+        )
+        for _ in range(2)
+    ]
+    processes = [
+        subprocess.Popen(command, env=environment(tmp_path), stdout=subprocess.PIPE, text=True)
+        for command in commands
+    ]
     results = [process.communicate(timeout=120)[0] for process in processes]
     assert [process.returncode for process in processes] == [0, 0]
     assert [float(result) for result in results] == [expected(6, 2.0, VIEWS)] * 2
@@ -359,8 +445,14 @@ def {name}({inputs}) -> Ref[Numbers]:
 
 
 def test_an_edit_of_the_code_runs_that_node_again(store, tmp_path):
-    (tmp_path / "first.py").write_text(NODES.format(name="first", inputs="n: int", body="put(Numbers(values=np.arange(n)))"))
-    second = NODES.format(name="second", inputs="first: Ref[Numbers]", body="put(Numbers(values=get(first, Numbers).values + {}))")
+    (tmp_path / "first.py").write_text(
+        NODES.format(name="first", inputs="n: int", body="put(Numbers(values=np.arange(n)))")
+    )
+    second = NODES.format(
+        name="second",
+        inputs="first: Ref[Numbers]",
+        body="put(Numbers(values=get(first, Numbers).values + {}))",
+    )
     (tmp_path / "second.py").write_text(second.format(1))
     command = script(
         tmp_path,
@@ -378,7 +470,11 @@ def test_an_edit_of_the_code_runs_that_node_again(store, tmp_path):
     )
 
     def once() -> float:
-        return float(subprocess.run(command, env=environment(tmp_path), capture_output=True, text=True, check=True).stdout)
+        return float(
+            subprocess.run(
+                command, env=environment(tmp_path), capture_output=True, text=True, check=True
+            ).stdout
+        )
 
     assert once() == once() == 6.0
     assert logged(tmp_path) == {"first": 1, "second": 1}
@@ -390,7 +486,10 @@ def test_an_edit_of_the_code_runs_that_node_again(store, tmp_path):
     assert once() == 9.0
     assert logged(tmp_path) == {"first": 1, "second": 2}
     first.write_text(
-        first.read_text().replace("    _log", "    # a comment: the node runs, its value is as before, so nothing after it runs\n    _log")
+        first.read_text().replace(
+            "    _log",
+            "    # a comment: the node runs, its value is as before, so nothing after it runs\n    _log",
+        )
     )
     assert once() == 9.0
     assert logged(tmp_path) == {"first": 2, "second": 2}
@@ -410,16 +509,45 @@ FRAGILE = (*GRAPH[:2], Step(fragile, "fragile", "item[t] -> fragile[t]"))
 
 
 def test_a_dying_worker_is_replaced(store, tmp_path):
-    outcome = run("fragile", graph=FRAGILE, store=store, executor="local", workers=2, length=5, scale=Scale(), folder=str(tmp_path))
-    assert [store.get(ref, Numbers).values[0] for ref in outcome.values["fragile"]] == [1.0, 3.0, 5.0, 7.0, 9.0]
+    outcome = run(
+        "fragile",
+        graph=FRAGILE,
+        store=store,
+        executor="local",
+        workers=2,
+        length=5,
+        scale=Scale(),
+        folder=str(tmp_path),
+    )
+    assert [store.get(ref, Numbers).values[0] for ref in outcome.values["fragile"]] == [
+        1.0,
+        3.0,
+        5.0,
+        7.0,
+        9.0,
+    ]
 
 
 def test_dask_gives_the_same(store, tmp_path):
     pytest.importorskip("distributed", reason="Dask is an extra: pip install 'a2v[dask]'")
     with open_executor("dask", workers=2) as executor:
         assert answer(go(store, executor=executor)) == expected(4, 2.0, VIEWS)
-        outcome = run("fragile", graph=FRAGILE, store=store, executor=executor, length=5, scale=Scale(), folder=str(tmp_path))
-    assert [store.get(ref, Numbers).values[0] for ref in outcome.values["fragile"]] == [1.0, 3.0, 5.0, 7.0, 9.0]
+        outcome = run(
+            "fragile",
+            graph=FRAGILE,
+            store=store,
+            executor=executor,
+            length=5,
+            scale=Scale(),
+            folder=str(tmp_path),
+        )
+    assert [store.get(ref, Numbers).values[0] for ref in outcome.values["fragile"]] == [
+        1.0,
+        3.0,
+        5.0,
+        7.0,
+        9.0,
+    ]
 
 
 def test_ray_gives_the_same_or_says_what_to_install(store):
@@ -443,7 +571,10 @@ def test_an_error_ends_the_workers(tmp_path):
     with contextlib.suppress(InputError), open_executor("local", workers=1) as pool:
         process = pool.submit(os.getpid).result()
         raise InputError("stop")
-    assert not Path(f"/proc/{process}").exists() or "Z" in Path(f"/proc/{process}/stat").read_text().split()[2]
+    assert (
+        not Path(f"/proc/{process}").exists()
+        or "Z" in Path(f"/proc/{process}/stat").read_text().split()[2]
+    )
 
 
 def test_early_outputs_are_told_before_the_others_and_computed_once(store):
@@ -453,7 +584,11 @@ def test_early_outputs_are_told_before_the_others_and_computed_once(store):
         return lambda outcome: told.append((name, answer_of(outcome, name), computed(outcome)))
 
     def answer_of(outcome, name):
-        return outcome.get(name, Numbers).values.tolist() if name == "base" else len(outcome.values[name])
+        return (
+            outcome.get(name, Numbers).values.tolist()
+            if name == "base"
+            else len(outcome.values[name])
+        )
 
     outcome = go(store, early={"base": tell("base"), "square": tell("square")})
     assert [name for name, _, _ in told] == ["base", "square"]
@@ -461,8 +596,19 @@ def test_early_outputs_are_told_before_the_others_and_computed_once(store):
     assert told[0][2] == {"base": 1}
     assert told[1][2] == {"base": 1, "item": 1, "square": 4}
     assert answer(outcome) == expected(4, 2.0, VIEWS)
-    assert computed(outcome) == {"base": 1, "item": 1, "square": 4, "shift": 1, "cell": 12, "column": 3, "total": 1}
-    assert all(stats.calls == 1 or name in ("square", "cell", "column") for name, stats in outcome.nodes.items())
+    assert computed(outcome) == {
+        "base": 1,
+        "item": 1,
+        "square": 4,
+        "shift": 1,
+        "cell": 12,
+        "column": 3,
+        "total": 1,
+    }
+    assert all(
+        stats.calls == 1 or name in ("square", "cell", "column")
+        for name, stats in outcome.nodes.items()
+    )
     again = go(store, early={"base": tell("base")}, start="square")
     assert "base" not in computed(again)
     assert computed(again)["square"] == 4

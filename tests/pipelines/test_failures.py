@@ -1,4 +1,5 @@
-"""Workers that are killed, schedulers that are not there or go away: one line that names cause and remedy."""
+"""Workers that are killed, schedulers that are not there or go away: one line that names cause and
+remedy."""
 
 from __future__ import annotations
 
@@ -45,7 +46,9 @@ def slow(item: Ref[Numbers]) -> Ref[Numbers]:
 
 def go(node, store: Store, executor):
     graph = (*GRAPH[:2], Step(node, node.name, f"item[t] -> {node.name}[t]"))
-    return run(node.name, graph=graph, store=store, executor=executor, workers=1, length=2, scale=Scale())
+    return run(
+        node.name, graph=graph, store=store, executor=executor, workers=1, length=2, scale=Scale()
+    )
 
 
 def test_a_worker_that_is_killed_every_time_is_explained(tmp_path):
@@ -67,7 +70,9 @@ def free_port() -> int:
         return int(one.getsockname()[1])
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://a b", "tcp://nowhere.invalid:80"])
+@pytest.mark.parametrize(
+    "address", ["tcp://127.0.0.1:{port}", "nonsense://a b", "tcp://nowhere.invalid:80"]
+)
 def test_an_address_where_no_scheduler_is_takes_one_line(tmp_path, monkeypatch, capfd, address):
     pytest.importorskip("distributed")
     monkeypatch.setattr(executors, "CONNECT_SECONDS", 2.0)
@@ -86,12 +91,36 @@ def test_a_scheduler_that_dies_is_explained(tmp_path):
     pytest.importorskip("distributed")
     address = f"tcp://127.0.0.1:{free_port()}"
     code = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
-    begin = {"cwd": tmp_path, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": {**os.environ, "PYTHONPATH": str(ROOT)}}
+    begin = {
+        "cwd": tmp_path,
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+        "env": {**os.environ, "PYTHONPATH": str(ROOT)},
+    }
     scheduler = subprocess.Popen(
-        [sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"], **begin
+        [
+            sys.executable,
+            "-c",
+            code.format("dask_scheduler"),
+            "--host",
+            address,
+            "--no-dashboard",
+            "--no-show",
+        ],
+        **begin,
     )
     worker = subprocess.Popen(
-        [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin
+        [
+            sys.executable,
+            "-c",
+            code.format("dask_worker"),
+            address,
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+            "--no-nanny",
+        ],
+        **begin,
     )
     try:
         threading.Timer(12.0, scheduler.kill).start()
@@ -123,7 +152,8 @@ def test_workers_that_are_stopped_leave_nothing_half_written(tmp_path):
 
 
 def test_no_thread_of_a_stopped_pool_is_left_for_the_interpreters_end(monkeypatch, tmp_path):
-    """At its end the interpreter writes to the pipe of a pool's thread, which that thread may just have closed."""
+    """At its end the interpreter writes to the pipe of a pool's thread, which that thread may just
+    have closed."""
     close, before = _ThreadWakeup.close, set(threading.enumerate())
 
     def slowly(pipe: _ThreadWakeup) -> None:
@@ -136,4 +166,8 @@ def test_no_thread_of_a_stopped_pool_is_left_for_the_interpreters_end(monkeypatc
         while not list(tmp_path.glob(".*")):
             time.sleep(0.05)
         raise KeyboardInterrupt
-    assert not [thread for thread in threading.enumerate() if thread not in before and "Manager" in type(thread).__name__]
+    assert not [
+        thread
+        for thread in threading.enumerate()
+        if thread not in before and "Manager" in type(thread).__name__
+    ]

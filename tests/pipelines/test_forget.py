@@ -64,8 +64,18 @@ def mentions(folder: Path, word: bytes) -> list[Path]:
 
 def test_what_depends_on_a_photo_goes_and_the_rest_stays(store: Store) -> None:
     gone = forget(store, [ref_of(Blob.of(b"one"))])
-    assert texts(store) == {b"other", b"person of other", b"pose 1", b"pose 2", b"person of other and pose 1 and pose 2"}
-    assert (gone.calls, gone.unknown, gone.values) == (3, 0, 5)  # the mask too, which nobody else uses
+    assert texts(store) == {
+        b"other",
+        b"person of other",
+        b"pose 1",
+        b"pose 2",
+        b"person of other and pose 1 and pose 2",
+    }
+    assert (gone.calls, gone.unknown, gone.values) == (
+        3,
+        0,
+        5,
+    )  # the mask too, which nobody else uses
     assert gone.bytes > 0
     with using(store):
         calls = set((store.folder / "calls").rglob("*.json"))
@@ -75,7 +85,9 @@ def test_what_depends_on_a_photo_goes_and_the_rest_stays(store: Store) -> None:
 
 
 @pytest.mark.parametrize("steps", range(6))
-def test_forgetting_that_was_cut_off_can_be_done_again(store: Store, monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
+def test_forgetting_that_was_cut_off_can_be_done_again(
+    store: Store, monkeypatch: pytest.MonkeyPatch, steps: int
+) -> None:
     """After any number of removed files the rest is still found from the photo."""
     removed, remove = list[Path](), forget_module._remove
 
@@ -90,7 +102,13 @@ def test_forgetting_that_was_cut_off_can_be_done_again(store: Store, monkeypatch
         with pytest.raises(KeyboardInterrupt):
             forget(store, [ref_of(Blob.of(b"one"))])
     forget(store, [ref_of(Blob.of(b"one"))], idle=-1.0)
-    assert texts(store) == {b"other", b"person of other", b"pose 1", b"pose 2", b"person of other and pose 1 and pose 2"}
+    assert texts(store) == {
+        b"other",
+        b"person of other",
+        b"pose 1",
+        b"pose 2",
+        b"person of other and pose 1 and pose 2",
+    }
 
 
 def test_what_a_stopped_run_left_goes_when_nobody_can_be_using_it(store: Store) -> None:
@@ -116,9 +134,13 @@ def test_records_that_do_not_say_what_they_are_of_go_too(store: Store) -> None:
     assert not path.exists()
 
 
-def test_the_command_forgets_by_the_file(store: Store, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_forgets_by_the_file(
+    store: Store, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "me.jpg").write_bytes(b"one")
-    assert cli.main(["cache", "--forget", str(tmp_path / "me.jpg"), "--cache", str(store.folder)]) == 0
+    assert (
+        cli.main(["cache", "--forget", str(tmp_path / "me.jpg"), "--cache", str(store.folder)]) == 0
+    )
     said = capsys.readouterr().out
     assert "3 results" in said
     assert "not touched" in said

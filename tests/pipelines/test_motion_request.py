@@ -21,7 +21,15 @@ def model_of(**values: object) -> str:
 
 @pytest.mark.parametrize(
     ("asked", "model"),
-    [("Walk", MANY), ("walk, then Jump for 2 s", MANY), ("wash", "cmu"), ("salsa", MANY), ("walk, then sneak", MANY), ("walk backwards", MANY), ("drink", "humanact12")],
+    [
+        ("Walk", MANY),
+        ("walk, then Jump for 2 s", MANY),
+        ("wash", "cmu"),
+        ("salsa", MANY),
+        ("walk, then sneak", MANY),
+        ("walk backwards", MANY),
+        ("drink", "humanact12"),
+    ],
 )
 def test_one_model_makes_what_it_can_make_alone(asked, model):
     assert model_of(action=asked) == model
@@ -79,7 +87,11 @@ def test_every_wish_of_the_command_line_reaches_the_direction(tmp_path):
         action="Walk", path="0,0 0,2 2,2", pace=1.1, heading=90.0, keyframes=str(tmp_path / "k.yaml"),
         start_pose=f"{tmp_path}/a.npz", end_pose=f"{tmp_path}/a.npz#4-6", hold="head 0,1.5,0 from 1 to 2",
     )["direction"]  # fmt: skip
-    assert (len(direction.path.points), direction.pace, round(direction.heading, 3)) == (3, 1.1, 1.571)
+    assert (len(direction.path.points), direction.pace, round(direction.heading, 3)) == (
+        3,
+        1.1,
+        1.571,
+    )
     assert [key.to_end for key in direction.keyframes] == [False, False, True, True, True]
     assert [round(12 * key.time) for key in direction.keyframes] == [12, 0, 2, 1, 0]
     assert direction.holds[0].joint == "head"

@@ -1,4 +1,5 @@
-"""Several photos of one person: how they are asked for, what they share with one photo, and that a character comes out."""
+"""Several photos of one person: how they are asked for, what they share with one photo, and that a
+character comes out."""
 
 from __future__ import annotations
 
@@ -31,7 +32,13 @@ def photos(tmp_path_factory) -> list[str]:
 
 
 def asked(*words: str) -> PersonRequest:
-    return parse(reconstruct.Options, [*words, "--out", "o.glb"], command="reconstruct", about="", examples="").person
+    return parse(
+        reconstruct.Options,
+        [*words, "--out", "o.glb"],
+        command="reconstruct",
+        about="",
+        examples="",
+    ).person
 
 
 def test_an_option_that_is_given_again_means_a_further_photo():
@@ -45,8 +52,13 @@ def test_the_order_of_the_further_photos_means_nothing(photos, tmp_path):
     one, two, three = photos
     store = Store(tmp_path)
     first = PersonRequest.of(photo=one, more=f"{two},{three}").resolve(store)
-    assert [ref.digest for ref in first["other"]] == [ref.digest for ref in PersonRequest.of(photo=one, more=f"{three},{two}").resolve(store)["other"]]
-    assert first["photo"] != PersonRequest.of(photo=two, more=f"{one},{three}").resolve(store)["photo"]
+    assert [ref.digest for ref in first["other"]] == [
+        ref.digest
+        for ref in PersonRequest.of(photo=one, more=f"{three},{two}").resolve(store)["other"]
+    ]
+    assert (
+        first["photo"] != PersonRequest.of(photo=two, more=f"{one},{three}").resolve(store)["photo"]
+    )
 
 
 def test_one_photo_is_asked_for_as_before(photos, tmp_path):
@@ -56,7 +68,9 @@ def test_one_photo_is_asked_for_as_before(photos, tmp_path):
 
 def test_too_many_photos_and_one_twice_are_refused(photos, tmp_path):
     with pytest.raises(InputError, match=f"at most {MOST_PHOTOS}"):
-        PersonRequest.of(photo="0.jpg", more=",".join(f"{number}.jpg" for number in range(MOST_PHOTOS))).resolve(Store(tmp_path))
+        PersonRequest.of(
+            photo="0.jpg", more=",".join(f"{number}.jpg" for number in range(MOST_PHOTOS))
+        ).resolve(Store(tmp_path))
     with pytest.raises(InputError, match="given twice"):
         PersonRequest.of(photo=photos[0], more=photos[0]).resolve(Store(tmp_path))
     with pytest.raises(InputError, match="no photo given"):
@@ -66,12 +80,26 @@ def test_too_many_photos_and_one_twice_are_refused(photos, tmp_path):
 def test_both_graphs_are_sound_and_give_the_same_values(tmp_path):
     for recorded in (False, True):
         build(video_graph(recorded=recorded, several=True), store=Store(tmp_path))
-    outputs = [{name for step in video_graph(several=several) for name in step.outputs} for several in (False, True)]
+    outputs = [
+        {name for step in video_graph(several=several) for name in step.outputs}
+        for several in (False, True)
+    ]
     assert outputs[0] - {"surface_with_hands"} <= outputs[1]
 
 
-def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_known(photos, tmp_path):
-    store, quick = Store(tmp_path), {"backend": "body-prior", "fit.rounds": 3, "fit.starts": 0, "color.texture": 256, "color.synthesis": False}
+def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_known(
+    photos, tmp_path
+):
+    store, quick = (
+        Store(tmp_path),
+        {
+            "backend": "body-prior",
+            "fit.rounds": 3,
+            "fit.starts": 0,
+            "color.texture": 256,
+            "color.synthesis": False,
+        },
+    )
     given = PersonRequest.of(photo=photos[0], more=photos[1], **quick).resolve(store)
     made = run(["character", "body", "colored_surface"], store=store, executor="serial", **given)
     character, colored = made.get("character", Character), made.get("colored_surface", Surface)
@@ -79,7 +107,12 @@ def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_kn
     assert colored.provenance["photos"] == 2
     assert len(colored.provenance["exposures"]) == 1
     assert made.get("body", Body).model == "anny"
-    again = run(["subject", "other_subject", "each_fit"], store=store, executor="serial", **PersonRequest.of(photo=photos[0], more=",".join(photos[1:]), **quick).resolve(store))
+    again = run(
+        ["subject", "other_subject", "each_fit"],
+        store=store,
+        executor="serial",
+        **PersonRequest.of(photo=photos[0], more=",".join(photos[1:]), **quick).resolve(store),
+    )
     assert again.nodes["subject"].cached == 1
     assert (again.nodes["other_subject"].calls, again.nodes["other_subject"].cached) == (2, 1)
     assert (again.nodes["each_fit"].calls, again.nodes["each_fit"].cached) == (3, 2)

@@ -1,4 +1,5 @@
-"""Ray as the executor: in an environment of its own that sees the packages of this one (`scripts/make_ray_environment.sh`), else skipped."""
+"""Ray as the executor: in an environment of its own that sees the packages of this one
+(`scripts/make_ray_environment.sh`), else skipped."""
 
 from __future__ import annotations
 
@@ -21,12 +22,25 @@ LIGHT = (
     "--fit.rounds", "2", "--fit.steps", "3", "--perception.refine", "false", "--implicit.resolution", "200", "--implicit.vertices", "25000",
     "--color.texture", "256",
 )  # fmt: skip
-OF_PEOPLE = ("subject", "photo_body", "surface", "body", "colored_surface", "character", "task_person")
+OF_PEOPLE = (
+    "subject",
+    "photo_body",
+    "surface",
+    "body",
+    "colored_surface",
+    "character",
+    "task_person",
+)
 
 
 def where_from(module: str) -> tuple[str, str | None, str]:
-    """In a worker: where a module comes from, what Ray is told about reports, and the working folder."""
-    return str(importlib.import_module(module).__file__), os.environ.get("RAY_USAGE_STATS_ENABLED"), str(Path.cwd())
+    """In a worker: where a module comes from, what Ray is told about reports, and the working
+    folder."""
+    return (
+        str(importlib.import_module(module).__file__),
+        os.environ.get("RAY_USAGE_STATS_ENABLED"),
+        str(Path.cwd()),
+    )
 
 
 def test_workers_import_nothing_from_the_working_folder_and_report_nothing(tmp_path, monkeypatch):
@@ -44,13 +58,16 @@ def test_workers_import_nothing_from_the_working_folder_and_report_nothing(tmp_p
 
 
 def test_a_worker_that_dies_takes_only_its_own_task(monkeypatch, tmp_path):
-    over = drive(monkeypatch, tmp_path, [task(name) for name in ("a", "b", "c")], dies_once, executor="ray")
+    over = drive(
+        monkeypatch, tmp_path, [task(name) for name in ("a", "b", "c")], dies_once, executor="ray"
+    )
     assert not any(result.problem for result in over.values())
 
 
 @pytest.mark.slow
 def test_a_batch_gives_the_same_files(tmp_path):
-    """People are remembered from the first run; motions and videos are made by Ray's workers in a store of their own."""
+    """People are remembered from the first run; motions and videos are made by Ray's workers in a
+    store of their own."""
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
     (tmp_path / "jobs.csv").write_text("photo,action,seed\nme.jpg,Walk,7\nme.jpg,Jump,8\n")
     assert batch(tmp_path / "jobs.csv", tmp_path / "serial", *LIGHT) == 0
@@ -58,7 +75,24 @@ def test_a_batch_gives_the_same_files(tmp_path):
     shutil.copytree(default_folder() / "objects", other.folder / "objects", copy_function=os.link)
     for name in OF_PEOPLE:
         shutil.copytree(default_folder() / "calls" / name, other.folder / "calls" / name)
-    assert batch(tmp_path / "jobs.csv", tmp_path / "ray", *LIGHT, "--executor", "ray", "--workers", "2", "--cache", str(other.folder)) == 0
-    files = {path.relative_to(tmp_path / "serial"): sha256(path) for path in (tmp_path / "serial").glob("*/*") if path.name != "job.json"}
+    assert (
+        batch(
+            tmp_path / "jobs.csv",
+            tmp_path / "ray",
+            *LIGHT,
+            "--executor",
+            "ray",
+            "--workers",
+            "2",
+            "--cache",
+            str(other.folder),
+        )
+        == 0
+    )
+    files = {
+        path.relative_to(tmp_path / "serial"): sha256(path)
+        for path in (tmp_path / "serial").glob("*/*")
+        if path.name != "job.json"
+    }
     assert len(files) == 2 * 7
     assert {path: sha256(tmp_path / "ray" / path) for path in files} == files

@@ -38,7 +38,9 @@ def machines(tmp_path: Path, monkeypatch):
 
 def go(store: Store, **options):
     options.setdefault("executor", "serial")
-    return run("total", graph=GRAPH, store=store, length=3, scale=Scale(), views=VIEWS, wait=0.0, **options)
+    return run(
+        "total", graph=GRAPH, store=store, length=3, scale=Scale(), views=VIEWS, wait=0.0, **options
+    )
 
 
 def test_what_one_machine_made_the_other_has(machines):
@@ -53,7 +55,10 @@ def test_what_one_machine_made_the_other_has(machines):
 def test_private_results_stay_where_they_were_made(machines):
     first = go(machines("a", ("square", "cell")))
     second = go(machines("b"))
-    assert {name for name, stats in second.nodes.items() if stats.cached < stats.calls} == {"square", "cell"}
+    assert {name for name, stats in second.nodes.items() if stats.cached < stats.calls} == {
+        "square",
+        "cell",
+    }
     assert first.values["total"] == second.values["total"]
     assert go(machines("a", ("square", "cell"))).nodes["cell"].cached == 6
 
@@ -65,7 +70,9 @@ def test_a_damaged_object_is_never_believed_and_made_again(machines, tmp_path, d
     path = next((tmp_path / "objects").rglob(f"{ref.digest[2:]}.npz"))
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF
-    path.unlink() if damage == "remove" else path.write_bytes(data if damage == "flip" else data[:40])
+    path.unlink() if damage == "remove" else path.write_bytes(
+        data if damage == "flip" else data[:40]
+    )
     store = machines("b")
     with pytest.raises(LostObjectError):
         store.get(ref, Numbers)
@@ -105,7 +112,11 @@ def test_stores_travel_to_other_processes(machines):
 
     store = machines("a", ("cell",))
     again = pickle.loads(pickle.dumps(store))
-    assert (again.address, again.private, again.folder) == (store.address, store.private, store.folder)
+    assert (again.address, again.private, again.folder) == (
+        store.address,
+        store.private,
+        store.folder,
+    )
 
 
 # --- workers with folders of their own
@@ -119,22 +130,49 @@ def free_port() -> int:
 
 @pytest.fixture
 def dask(tmp_path: Path) -> Iterator[str]:
-    """Address of a scheduler with two workers, each with a store and a working folder of its own."""
+    """Address of a scheduler with two workers, each with a store and a working folder of its
+    own."""
     pytest.importorskip("distributed")
     address = f"tcp://127.0.0.1:{free_port()}"
     code = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    begin = [[sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"]]
+    begin = [
+        [
+            sys.executable,
+            "-c",
+            code.format("dask_scheduler"),
+            "--host",
+            address,
+            "--no-dashboard",
+            "--no-show",
+        ]
+    ]
     for name in ("w1", "w2"):
         begin.append(
-            [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", name]
+            [
+                sys.executable,
+                "-c",
+                code.format("dask_worker"),
+                address,
+                "--nthreads",
+                "1",
+                "--no-dashboard",
+                "--no-nanny",
+                "--name",
+                name,
+            ]
         )
     processes = []
     for place, words in enumerate(begin):
         folder = tmp_path / f"machine{place}"
         folder.mkdir()
         processes.append(
-            subprocess.Popen(words, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT), "A2V_CACHE": str(folder / "cache")}, **quiet)
+            subprocess.Popen(
+                words,
+                cwd=folder,
+                env={**os.environ, "PYTHONPATH": str(ROOT), "A2V_CACHE": str(folder / "cache")},
+                **quiet,
+            )
         )
     try:
         yield address
@@ -161,7 +199,8 @@ def test_a_worker_with_other_code_says_so(tmp_path):
         Bound(numbers.base, Store(tmp_path), "", "0" * 40)(3, Scale())
 
 
-# --- an S3 server, where one is installed (pip install 'moto[s3,server]' in an environment of its own, on the PATH) with a2v[objects]
+# --- an S3 server, where one is installed (pip install 'moto[s3,server]' in an environment of its
+# own, on the PATH) with a2v[objects]
 
 
 @pytest.fixture
@@ -171,7 +210,11 @@ def s3(monkeypatch) -> Iterator[str]:
     if server is None:
         pytest.skip("needs moto_server on the PATH")
     port = free_port()
-    process = subprocess.Popen([server, "-H", "127.0.0.1", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [server, "-H", "127.0.0.1", "-p", str(port)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     for name, value in {
         "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ALLOW_HTTP": "true", "AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y",
         "AWS_REGION": "us-east-1",
@@ -182,7 +225,10 @@ def s3(monkeypatch) -> Iterator[str]:
 
         for _ in range(100):
             try:
-                urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"), timeout=5).close()
+                urllib.request.urlopen(
+                    urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"),
+                    timeout=5,
+                ).close()
                 break
             except OSError:
                 time.sleep(0.2)

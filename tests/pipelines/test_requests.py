@@ -33,8 +33,17 @@ OTHERS = {
     "variant": "scalar_rgb", "photo": "b.jpg", "more": "c.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "corrections": "r.yaml", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
     "follow.lens": 35.0, "follow.camera": "still", "fit.model": "b.npz", "perception.max_side": 512, "perception.band": 0.05, "retarget.life.hands": "fist",
 }  # fmt: skip
-"""Values that are not the defaults; numbers are one more and switches the other way where none is named."""
-UNUSABLE = {"pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture", "implicit.weights", "implicit.digest"}
+"""Values that are not the defaults; numbers are one more and switches the other way where none is
+named."""
+UNUSABLE = {
+    "pifuhd",
+    "pifu_geometry",
+    "pifu_color",
+    "pamir_geometry",
+    "pamir_texture",
+    "implicit.weights",
+    "implicit.digest",
+}
 """What only files of one's own can resolve."""
 FILTERS = {"licence"}
 """What leaves sources out: of "Walk" every licence has the same."""
@@ -58,7 +67,12 @@ def folder(tmp_path_factory) -> Path:
 
 def choices_of(name: str) -> tuple[str, ...]:
     """All that an option may be, where that is a list."""
-    found = [item for kind in hints_of(VideoRequest).values() for item in dataclasses.fields(kind) if item.name == name]
+    found = [
+        item
+        for kind in hints_of(VideoRequest).values()
+        for item in dataclasses.fields(kind)
+        if item.name == name
+    ]
     return tuple((found[0].metadata.get("option") or {}).get("choices") or ()) if found else ()
 
 
@@ -88,13 +102,21 @@ def words_of(name: str, value: object) -> str:
     """An option of the command line."""
     shown = f"--{name.replace('_', '-')}"
     is_flag = value is True and "." not in name
-    return shown if is_flag else f"{shown}={str(value).lower() if isinstance(value, bool) else value}"
+    return (
+        shown if is_flag else f"{shown}={str(value).lower() if isinstance(value, bool) else value}"
+    )
 
 
 def test_every_value_is_reached_from_everywhere_and_means_the_same(folder, monkeypatch):
     monkeypatch.chdir(folder)
     values = {name: other(name) for name in names()}
-    line = parse(video.Options, ["--out", "o", *map(words_of, values, values.values())], command="video", about="", examples="").request
+    line = parse(
+        video.Options,
+        ["--out", "o", *map(words_of, values, values.values())],
+        command="video",
+        about="",
+        examples="",
+    ).request
     with open("jobs.csv", "w", newline="") as stream:
         csv.writer(stream).writerows([values.keys(), values.values()])
     nested: dict[str, object] = {}
@@ -102,23 +124,37 @@ def test_every_value_is_reached_from_everywhere_and_means_the_same(folder, monke
         head, _, inner = name.partition(".")
         nested[head] = {**nested.get(head, {}), inner: value} if inner else value  # type: ignore[dict-item]
     Path("jobs.yaml").write_text(json.dumps([nested]))
-    rows = [read_rows(path, defaults(PersonStages(), MotionRequest(), FilmRequest()))[0] for path in ("jobs.csv", "jobs.yaml")]
+    rows = [
+        read_rows(path, defaults(PersonStages(), MotionRequest(), FilmRequest()))[0]
+        for path in ("jobs.csv", "jobs.yaml")
+    ]
     assert not any(row.problem for row in rows), [row.problem for row in rows]
     python = VideoRequest.of(**values)
     assert line == rows[0].request == rows[1].request == python
     open_ = VideoRequest.of(photo="a.jpg")
     assert not [
-        name for name, value in values.items() if value_of(python, name) == value_of(open_, name) or value_of(python, name) != value
+        name
+        for name, value in values.items()
+        if value_of(python, name) == value_of(open_, name) or value_of(python, name) != value
     ]
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name not in UNUSABLE | FILTERS and "." not in name])
+@pytest.mark.parametrize(
+    "name", [name for name in names() if name not in UNUSABLE | FILTERS and "." not in name]
+)
 def test_every_value_changes_what_the_graph_is_given(name, folder, monkeypatch, tmp_path):
     monkeypatch.chdir(folder)
     store = Store(tmp_path)
-    more = {"pace": {"path": "0,0 0,3"}, "timeline": {"action": ""}, "action": {}, "motion": {"action": ""}}.get(name, {"action": "Walk"})
+    more = {
+        "pace": {"path": "0,0 0,3"},
+        "timeline": {"action": ""},
+        "action": {},
+        "motion": {"action": ""},
+    }.get(name, {"action": "Walk"})
     base = {"photo": "a.jpg", "action": "Walk"} | ({} if name == "motion" else more)
-    before = VideoRequest.of(**(base | ({"action": "Walk"} if name in ("timeline", "motion") else {})))
+    before = VideoRequest.of(
+        **(base | ({"action": "Walk"} if name in ("timeline", "motion") else {}))
+    )
     after = VideoRequest.of(**(base | more | {name: other(name)}))
     given, changed = (plain(request.resolve(store).parameters) for request in (before, after))
     assert repr(given) != repr(changed)
@@ -140,8 +176,17 @@ def test_python_gives_the_parameters_of_the_command_line(folder, monkeypatch, tm
         "k.yaml",
         "--in-place",
     ]
-    line = parse(video.Options, words, command="video", about="", examples="").request.resolve(store)
-    python = video_parameters(store, Path("a.jpg"), "strolling, then jump", heading=0, keyframes=Path("k.yaml"), in_place=True)
+    line = parse(video.Options, words, command="video", about="", examples="").request.resolve(
+        store
+    )
+    python = video_parameters(
+        store,
+        Path("a.jpg"),
+        "strolling, then jump",
+        heading=0,
+        keyframes=Path("k.yaml"),
+        in_place=True,
+    )
     assert repr(plain(line.parameters)) == repr(plain(python))
     assert python["direction"].heading == 0
     assert "strolling" in " ".join(line.understood)
@@ -153,7 +198,11 @@ def test_the_page_asks_by_the_same_names():
     wish = Wish(action="Walk", seconds=2.0, views=("front", "back"), size=128)
     asked = wish.request("a.jpg")
     assert asked == VideoRequest.of(photo="a.jpg", **(wish.said() | {"path": None}))
-    assert (asked.film.views, asked.motion.seconds, asked.person.photo) == ("front,back", 2.0, "a.jpg")
+    assert (asked.film.views, asked.motion.seconds, asked.person.photo) == (
+        "front,back",
+        2.0,
+        "a.jpg",
+    )
 
 
 @pytest.mark.parametrize(
@@ -183,7 +232,9 @@ def test_a_photo_is_needed():
 
 def test_files_are_those_that_are_named(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    asked = VideoRequest.of(photo="a.jpg", motion="m.npz", look="night", background="b.jpg", path="0,0 1,1")
+    asked = VideoRequest.of(
+        photo="a.jpg", motion="m.npz", look="night", background="b.jpg", path="0,0 1,1"
+    )
     assert asked.files() == {"photo": "a.jpg", "motion": "m.npz", "background": "b.jpg"}
     assert set(FILES) <= set(names())
 
@@ -194,7 +245,12 @@ def test_a_body_model_counts_by_its_content_not_by_its_path(folder, monkeypatch,
     (tmp_path / "changed.npz").write_bytes(b"other")
     files = ("b.npz", tmp_path / "moved.npz", tmp_path / "changed.npz")
     here, moved, changed = (
-        {name: plain(VideoRequest.of(photo="a.jpg", **{"fit.model": path}).person.parameters()[name]) for name in ("fit", "body_model")}
+        {
+            name: plain(
+                VideoRequest.of(photo="a.jpg", **{"fit.model": path}).person.parameters()[name]
+            )
+            for name in ("fit", "body_model")
+        }
         for path in files
     )
     assert here == moved != changed
@@ -203,5 +259,7 @@ def test_a_body_model_counts_by_its_content_not_by_its_path(folder, monkeypatch,
 
 
 def test_parts_share_no_name():
-    whole = [item.name for kind in hints_of(VideoRequest).values() for item in dataclasses.fields(kind)]
+    whole = [
+        item.name for kind in hints_of(VideoRequest).values() for item in dataclasses.fields(kind)
+    ]
     assert len(whole) == len(set(whole))

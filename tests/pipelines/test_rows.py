@@ -26,7 +26,8 @@ def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]
 
 def test_csv_and_yaml_say_the_same(tmp_path):
     table = read(
-        tmp_path, b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n'
+        tmp_path,
+        b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n',
     )
     listed = read(
         tmp_path,
@@ -36,7 +37,12 @@ def test_csv_and_yaml_say_the_same(tmp_path):
     assert table == listed
     first, second = (row.request for row in table)
     assert first.person.photo == str(tmp_path / "me.jpg")
-    assert (first.motion.seed, first.film.render_seed, first.motion.fps, first.film.denoise) == (3, 7, 12.5, False)
+    assert (first.motion.seed, first.film.render_seed, first.motion.fps, first.film.denoise) == (
+        3,
+        7,
+        12.5,
+        False,
+    )
     assert (second.motion.seed, second.motion.frames, second.film.size) == (5, 8, 64)
 
 
@@ -60,7 +66,15 @@ def test_a_table_that_is_none_is_told_in_one_line(tmp_path, text, words):
 
 
 @pytest.mark.parametrize(
-    "text", ["photo: x", "- 3", "- [a", "!!python/object/apply:os.system [true]", "&a [*a, *a]", "- {photo: 2001-01-01}\n- x"]
+    "text",
+    [
+        "photo: x",
+        "- 3",
+        "- [a",
+        "!!python/object/apply:os.system [true]",
+        "&a [*a, *a]",
+        "- {photo: 2001-01-01}\n- x",
+    ],
 )
 def test_yaml_is_read_without_running_anything(tmp_path, text):
     with pytest.raises(InputError):
@@ -69,15 +83,23 @@ def test_yaml_is_read_without_running_anything(tmp_path, text):
 
 def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
-    table = read(tmp_path, 'photo,action,seed\nme.jpg,"walking slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n')
-    listed = read(tmp_path, "- {photo: me.jpg, action: [walking slowly, then jump], seed: 1}\n", "jobs.yaml")
+    table = read(
+        tmp_path,
+        'photo,action,seed\nme.jpg,"walking slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n',
+    )
+    listed = read(
+        tmp_path, "- {photo: me.jpg, action: [walking slowly, then jump], seed: 1}\n", "jobs.yaml"
+    )
     planner = Planner(Store(tmp_path / "store"))
     prompt, plain, nonsense, same = map(planner.job, [*table, *listed])
     expected = MotionRequest(action="walking slowly, then jump", frames=8).resolve().parameters
     assert prompt.tasks[1].parameters["steps"] == expected["steps"]
     assert [step.action for step in expected["steps"]] == ["Walk slowly", "Jump"]
     assert "walking slowly" in " ".join(prompt.notes)
-    assert plain.notes == ("'Walk' is taken for Walk [motion_cmu_fine]", "'Jump' is taken for Jump [motion_cmu_fine]")
+    assert plain.notes == (
+        "'Walk' is taken for Walk [motion_cmu_fine]",
+        "'Jump' is taken for Jump [motion_cmu_fine]",
+    )
     assert prompt.tasks[0].key == plain.tasks[0].key
     assert prompt.tasks[1].key == same.tasks[1].key != plain.tasks[1].key
     assert "juggle" in nonsense.row.problem
@@ -90,7 +112,17 @@ def test_many_rows_are_too_many(tmp_path, monkeypatch):
         read(tmp_path, "photo,action\n" + "a,b\n" * 4)
 
 
-@pytest.mark.parametrize("cell", ["seed\nx1", "frames\n1e3", "denoise\nmaybe", "fps\nnan", "seed\n" + "9" * 400, "mask\nx" + "y" * 5000])
+@pytest.mark.parametrize(
+    "cell",
+    [
+        "seed\nx1",
+        "frames\n1e3",
+        "denoise\nmaybe",
+        "fps\nnan",
+        "seed\n" + "9" * 400,
+        "mask\nx" + "y" * 5000,
+    ],
+)
 def test_a_bad_cell_is_the_problem_of_its_row(tmp_path, cell):
     name, _, value = cell.partition("\n")
     found = read(tmp_path, f"photo,{name}\nme.jpg,{value}\nme.jpg,\n")
@@ -99,7 +131,9 @@ def test_a_bad_cell_is_the_problem_of_its_row(tmp_path, cell):
     assert "no photo" in read(tmp_path, "photo,action\n,Walk\n")[0].problem
 
 
-@pytest.mark.parametrize("name", ["../../etc/passwd", "..", "/root", "a/b\\c", ".", "~", "‮gpj", "x" * 500, "CON", "a\nb"])
+@pytest.mark.parametrize(
+    "name", ["../../etc/passwd", "..", "/root", "a/b\\c", ".", "~", "‮gpj", "x" * 500, "CON", "a\nb"]
+)
 def test_names_of_folders_are_ours(name):
     row = Row(number=1, name=name, request=VideoRequest.of(photo="../me.jpg", action="../Walk"))
     found = folder_name(row, None)

@@ -22,7 +22,13 @@ def test_names_stand_above_the_views(tmp_path: Path, titles: bool) -> None:
         frames[t, c] = store.put(Image.of(np.full((48, 64, 3), 90 + 60 * c, np.uint8)))
     poses = store.put(Poses(bone_transforms=np.zeros((3, 1, 4, 4), np.float32), fps=10.0))
     render = RenderSettings(size=64, aspect="4:3", views=("front", "back"), titles=titles)
-    outcome = run("video", executor="serial", store=store, overrides={"frame": frames, "poses": poses}, render=render)
+    outcome = run(
+        "video",
+        executor="serial",
+        store=store,
+        overrides={"frame": frames, "poses": poses},
+        render=render,
+    )
     path = tmp_path / "video.mp4"
     path.write_bytes(bytes(outcome.get("video", Blob)))
     shown = list(read_video(path))

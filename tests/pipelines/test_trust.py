@@ -1,4 +1,5 @@
-"""What a store believes: folders of this user alone, records of this very call, and no more than their shape allows."""
+"""What a store believes: folders of this user alone, records of this very call, and no more than
+their shape allows."""
 
 from __future__ import annotations
 
@@ -20,7 +21,16 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def go(store: Store):
-    return run("total", graph=GRAPH, store=store, executor="serial", length=2, scale=Scale(2.0), views=VIEWS, wait=0.0)
+    return run(
+        "total",
+        graph=GRAPH,
+        store=store,
+        executor="serial",
+        length=2,
+        scale=Scale(2.0),
+        views=VIEWS,
+        wait=0.0,
+    )
 
 
 def answer(store: Store) -> float:
@@ -88,7 +98,9 @@ def test_exchanged_records_of_calls_are_unknown(store):
     one, other = first.read_bytes(), second.read_bytes()
     first.write_bytes(other)
     second.write_bytes(one)
-    for total in (store.folder / "calls").glob("[ct]o*/*/*.json"):  # column and total, which remember the right sum
+    for total in (store.folder / "calls").glob(
+        "[ct]o*/*/*.json"
+    ):  # column and total, which remember the right sum
         total.unlink()
     again = go(store)
     assert float(again.get("total", Numbers).values[0]) == right
@@ -134,7 +146,11 @@ def test_notes_cannot_steer_a_terminal(store):
 def test_names_from_a_file_reach_standard_output_escaped(tmp_path):
     folder = tmp_path / "a\x1b[2Jb"
     done = subprocess.run(
-        [sys.executable, "-m", "pipelines", "cache", "--cache", str(folder)], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "pipelines", "cache", "--cache", str(folder)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert "\\x1b[2Jb" in done.stdout
     assert "\x1b" not in done.stdout

@@ -1,4 +1,5 @@
-"""Constructed people: what the photo shows of their cloth goes on behind, in phase, without prints, and without their skin's tint."""
+"""Constructed people: what the photo shows of their cloth goes on behind, in phase, without prints,
+and without their skin's tint."""
 
 from __future__ import annotations
 
@@ -13,7 +14,14 @@ from scipy.spatial import cKDTree
 from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
-from a2v.reconstruction.backs import KINDS, Continuation, Seen, continue_photo, label_surface, seen_before
+from a2v.reconstruction.backs import (
+    KINDS,
+    Continuation,
+    Seen,
+    continue_photo,
+    label_surface,
+    seen_before,
+)
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import HAIR, loose_hair
 from a2v.reconstruction.backs.labels import SKIN as SKIN_LABEL
@@ -33,15 +41,26 @@ def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
     angle = np.arange(around) * 2 * np.pi / around
     height = np.linspace(-HALF, HALF, rings)
     ring = np.stack([RADIUS * np.sin(angle), np.zeros(around), RADIUS * np.cos(angle)], axis=1)
-    vertices = (ring[None] + np.stack([0 * height, height, 0 * height], axis=1)[:, None]).reshape(-1, 3)
-    row, column = (grid.ravel() for grid in np.meshgrid(np.arange(rings - 1), np.arange(around), indexing="ij"))
+    vertices = (ring[None] + np.stack([0 * height, height, 0 * height], axis=1)[:, None]).reshape(
+        -1, 3
+    )
+    row, column = (
+        grid.ravel() for grid in np.meshgrid(np.arange(rings - 1), np.arange(around), indexing="ij")
+    )
     a, b = row * around + column, row * around + (column + 1) % around
-    faces = np.concatenate([np.stack([a, b, b + around], axis=1), np.stack([a, b + around, a + around], axis=1)])
+    faces = np.concatenate(
+        [np.stack([a, b, b + around], axis=1), np.stack([a, b + around, a + around], axis=1)]
+    )
     low, high = len(vertices), len(vertices) + 1
     own, after = np.arange(around), (np.arange(around) + 1) % around
     top = (rings - 1) * around
-    caps = [np.stack([np.full(around, low), after, own], axis=1), np.stack([np.full(around, high), top + own, top + after], axis=1)]
-    return np.concatenate([vertices, [[0, -HALF - 0.02, 0], [0, HALF + 0.02, 0]]]), np.concatenate([faces, *caps])
+    caps = [
+        np.stack([np.full(around, low), after, own], axis=1),
+        np.stack([np.full(around, high), top + own, top + after], axis=1),
+    ]
+    return np.concatenate([vertices, [[0, -HALF - 0.02, 0], [0, HALF + 0.02, 0]]]), np.concatenate(
+        [faces, *caps]
+    )
 
 
 def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
@@ -49,19 +68,44 @@ def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
     count = len(vertices)
     nothing = {name: np.zeros(count, bool) for name in ("scalp", "bare", "face")}
     neighbors = cKDTree(vertices).query(vertices, near + 1)[1][:, 1:]
-    return Seen(**{"vertices": vertices, "front": np.arange(count), "twin": np.full(count, -1), "neighbors": neighbors, "skin": None} | nothing | given)
+    return Seen(
+        **{
+            "vertices": vertices,
+            "front": np.arange(count),
+            "twin": np.full(count, -1),
+            "neighbors": neighbors,
+            "skin": None,
+        }
+        | nothing
+        | given
+    )
 
 
-def _seen(vertices: FloatArray, normals: FloatArray, clean: FloatArray, *, expected: FloatArray, parts: IntArray | None = None) -> Seen:
+def _seen(
+    vertices: FloatArray,
+    normals: FloatArray,
+    clean: FloatArray,
+    *,
+    expected: FloatArray,
+    parts: IntArray | None = None,
+) -> Seen:
     pixels = CAMERA.project(vertices)
     known: BoolArray = normals[:, 2] > 0.35
     parts = np.full(len(vertices), PARTS.index("torso")) if parts is None else parts
     colors = np.where(known[:, None], sample_image(clean, pixels), expected)
-    return _made(vertices, near=10, colors=colors, known=known, parts=parts, front=seen_before(pixels, known, parts))
+    return _made(
+        vertices,
+        near=10,
+        colors=colors,
+        known=known,
+        parts=parts,
+        front=seen_before(pixels, known, parts),
+    )
 
 
 def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
-    """The tube's photo (H, W, 3): `paint` gives the colour at the way around from the middle of the front (n,) and at heights (n,), metres."""
+    """The tube's photo (H, W, 3): `paint` gives the colour at the way around from the middle of the
+    front (n,) and at heights (n,), metres."""
     columns, rows = np.meshgrid(np.arange(SIZE[1]) + 0.5, np.arange(SIZE[0]) + 0.5)
     points = CAMERA.unproject(np.stack([columns, rows], axis=-1), 0.0)
     across = np.clip(points[..., 0] / RADIUS, -1, 1)
@@ -71,7 +115,9 @@ def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
 def _continued(clean: FloatArray, expected: FloatArray = CLOTH) -> tuple[FloatArray, Continuation]:
     vertices, faces = _cylinder()
     normals = vertex_normals(vertices, faces)
-    return vertices, continue_photo(_seen(vertices, normals, clean, expected=expected), faces, normals, clean, CAMERA)
+    return vertices, continue_photo(
+        _seen(vertices, normals, clean, expected=expected), faces, normals, clean, CAMERA
+    )
 
 
 def _body(vertices: FloatArray) -> BoolArray:
@@ -87,7 +133,10 @@ def test_rings_go_on_around_the_body_in_phase() -> None:
     wanted = np.cos(2 * np.pi * vertices[:, 1] / period)
     for behind in (vertices[:, 2] < -0.5 * RADIUS, np.abs(vertices[:, 2]) < 0.5 * RADIUS):
         chosen = behind & _body(vertices) & continued.continues
-        assert chosen.sum() > 0.9 * (behind & _body(vertices) & (vertex_normals(*_cylinder())[:, 2] <= 0.35)).sum()
+        assert (
+            chosen.sum()
+            > 0.9 * (behind & _body(vertices) & (vertex_normals(*_cylinder())[:, 2] <= 0.35)).sum()
+        )
         assert np.corrcoef(detail[chosen], wanted[chosen])[0, 1] > 0.9
         assert 0.6 < detail[chosen].std() / (0.15 * wanted[chosen].std()) < 1.3
 
@@ -107,12 +156,22 @@ def test_upright_stripes_keep_their_width_on_the_sides_and_behind() -> None:
 
 def test_a_print_is_not_repeated() -> None:
     weave = np.random.default_rng(0).normal(0, 0.03, (*SIZE, 1))
-    clean = _photo(lambda way, y: CLOTH + weave + np.where((np.hypot(way, y - 0.05) < 0.05)[..., None], [0.5, -0.3, -0.4], 0.0))
+    clean = _photo(
+        lambda way, y: (
+            CLOTH
+            + weave
+            + np.where((np.hypot(way, y - 0.05) < 0.05)[..., None], [0.5, -0.3, -0.4], 0.0)
+        )
+    )
     vertices, faces = _cylinder()
     normals = vertex_normals(vertices, faces)
     pixels = CAMERA.project(vertices)
-    shining = 0.5 * CLOTH + 0.5 * sample_image(clean, pixels)  # what a network would say: the print shines through
-    continued = continue_photo(_seen(vertices, normals, clean, expected=shining), faces, normals, clean, CAMERA)
+    shining = 0.5 * CLOTH + 0.5 * sample_image(
+        clean, pixels
+    )  # what a network would say: the print shines through
+    continued = continue_photo(
+        _seen(vertices, normals, clean, expected=shining), faces, normals, clean, CAMERA
+    )
     behind = (normals[:, 2] < -0.3) & _body(vertices)
     print_behind = behind & (np.hypot(vertices[:, 0], vertices[:, 1] - 0.05) < 0.03)
     assert continued.doubtful[print_behind].all()
@@ -123,7 +182,8 @@ def test_a_print_is_not_repeated() -> None:
 
 
 def test_skin_does_not_tint_cloth() -> None:
-    """A body in a shirt that ends in the middle: above it skin; behind, what is expected is blurred over the border."""
+    """A body in a shirt that ends in the middle: above it skin; behind, what is expected is blurred
+    over the border."""
     clean = _photo(lambda way, y: np.where((y < 0.0)[..., None], CLOTH, SKIN))
     vertices, faces = _cylinder()
     normals = vertex_normals(vertices, faces)
@@ -138,7 +198,10 @@ def test_skin_does_not_tint_cloth() -> None:
     continued = continue_photo(seen, faces, normals, clean, CAMERA)
     assert (labels[continued.neighbors] == labels[:, None]).all()
     near = (normals[:, 2] < 0) & (vertices[:, 1] < -0.02) & (vertices[:, 1] > -0.05)
-    before, after = (np.linalg.norm(colors[near] - CLOTH, axis=1).mean() for colors in (seen.colors, continued.expected))
+    before, after = (
+        np.linalg.norm(colors[near] - CLOTH, axis=1).mean()
+        for colors in (seen.colors, continued.expected)
+    )
     assert after < 0.7 * before
 
 
@@ -147,7 +210,9 @@ def test_a_surface_unrolls_as_the_photo_shows_it() -> None:
     normals = vertex_normals(vertices, faces)
     body = _body(vertices)
     neighbors = cKDTree(vertices).query(vertices, k=11)[1][:, 1:]
-    maps = unrolling(vertices, normals, np.full(len(vertices), PARTS.index("torso")), neighbors)[body]
+    maps = unrolling(vertices, normals, np.full(len(vertices), PARTS.index("torso")), neighbors)[
+        body
+    ]
     tangent = np.stack([normals[body, 2], 0 * normals[body, 2], -normals[body, 0]], axis=1)
     assert np.abs(np.einsum("nij,nj->ni", maps, tangent) - [1, 0]).max() < 0.05
     assert np.abs(maps[:, :, 1] - [0, 1]).max() < 0.05
@@ -180,12 +245,20 @@ def test_a_tuft_behind_is_no_hair_but_the_crown_and_a_beard_are() -> None:
     vertices = rng.standard_normal((6000, 3))
     vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)
     known = vertices[:, 2] > 0.01
-    crown, tuft, beard = vertices[:, 1] > 0.05, (vertices[:, 2] < -0.09), (vertices[:, 1] < -0.06) & known
+    crown, tuft, beard = (
+        vertices[:, 1] > 0.05,
+        (vertices[:, 2] < -0.09),
+        (vertices[:, 1] < -0.06) & known,
+    )
     parts = np.full(len(vertices), PARTS.index("head"))
-    seen = _made(vertices, near=6, colors=np.full((len(vertices), 3), 0.5), known=known, parts=parts)
+    seen = _made(
+        vertices, near=6, colors=np.full((len(vertices), 3), 0.5), known=known, parts=parts
+    )
     labels = np.where(crown | tuft | beard, HAIR, SKIN_LABEL)
     np.testing.assert_array_equal(loose_hair(seen, labels), tuft)
-    assert not loose_hair(seen, np.where(crown | (vertices[:, 2] < -0.05), HAIR, SKIN_LABEL)).any()  # as large as a crown: long hair
+    assert not loose_hair(
+        seen, np.where(crown | (vertices[:, 2] < -0.05), HAIR, SKIN_LABEL)
+    ).any()  # as large as a crown: long hair
 
 
 def test_a_collar_goes_on_behind_the_neckline() -> None:
@@ -194,17 +267,27 @@ def test_a_collar_goes_on_behind_the_neckline() -> None:
     known = vertices[:, 2] > 0.02
     neckline = (np.abs(vertices[:, 0]) < 0.06) & (vertices[:, 1] > top - 0.12)
     colors = np.where((known & neckline)[:, None], skin, cloth)
-    colors[~known & neckline] = 0.6 * skin + 0.4 * cloth  # what a network that has seen the front expects
+    colors[~known & neckline] = (
+        0.6 * skin + 0.4 * cloth
+    )  # what a network that has seen the front expects
     pixels = vertices[:, :2] * [1, -1]
     parts = np.full(len(vertices), PARTS.index("torso"))
-    seen = _made(vertices, colors=colors, known=known, parts=parts, front=seen_before(pixels, known, parts), skin=skin)
+    seen = _made(
+        vertices,
+        colors=colors,
+        known=known,
+        parts=parts,
+        front=seen_before(pixels, known, parts),
+        skin=skin,
+    )
     labels, _ = label_surface(seen)
     assert (labels[known & neckline] == KINDS.index("skin")).mean() > 0.8
     assert (labels[~known & neckline] == KINDS.index("upper")).mean() > 0.9
 
 
 def test_the_other_side_of_the_body_says_what_is_there() -> None:
-    """A shirt above red trousers; what a network and the photo right before say of a patch behind is the shirt, its mirrored spot shows trousers."""
+    """A shirt above red trousers; what a network and the photo right before say of a patch behind
+    is the shirt, its mirrored spot shows trousers."""
     red = np.array([0.7, 0.15, 0.15])
     clean = _photo(lambda way, y: np.where((y < 0.0)[..., None], red, CLOTH))
     vertices, faces = _cylinder()
@@ -217,7 +300,9 @@ def test_the_other_side_of_the_body_says_what_is_there() -> None:
     twin[patch] = np.resize(shown, patch.sum())
     colors = np.where(patch[:, None], seen.colors[twin], seen.colors)
     inner = patch & (vertices[:, 1] > 0.03) & (vertices[:, 1] < 0.07) & (normals[:, 2] < 0.2)
-    told = continue_photo(dataclasses.replace(seen, twin=twin, colors=colors), faces, normals, clean, CAMERA)
+    told = continue_photo(
+        dataclasses.replace(seen, twin=twin, colors=colors), faces, normals, clean, CAMERA
+    )
     alone = continue_photo(seen, faces, normals, clean, CAMERA)
     assert (alone.labels[inner] == KINDS.index("upper")).all()
     assert (told.labels[inner] == KINDS.index("lower")).mean() > 0.95
@@ -229,7 +314,9 @@ def _head(hair: FloatArray, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
     rng = np.random.default_rng(0)
     vertices = rng.standard_normal((6000, 3))
     vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)
-    return vertices, np.where((vertices[:, 1] > 0.03)[:, None], hair, skin) + rng.normal(0, 0.01, (len(vertices), 3))
+    return vertices, np.where((vertices[:, 1] > 0.03)[:, None], hair, skin) + rng.normal(
+        0, 0.01, (len(vertices), 3)
+    )
 
 
 @pytest.mark.parametrize("hair", [[0.25, 0.18, 0.12], [0.92, 0.78, 0.62]], ids=["dark", "fair"])
@@ -239,7 +326,15 @@ def test_hair_reaches_the_nape_where_a_network_expects_skin(hair: list[float]) -
     known, high = vertices[:, 2] > 0.01, vertices[:, 1] > 0.03
     scalp = (vertices[:, 2] < -0.01) & (vertices[:, 1] > -0.05) | (vertices[:, 1] > 0.06)
     parts = np.full(len(vertices), PARTS.index("head"))
-    seen = _made(vertices, colors=colors, known=known, parts=parts, scalp=scalp, skin=skin, face=known & ~high)
+    seen = _made(
+        vertices,
+        colors=colors,
+        known=known,
+        parts=parts,
+        scalp=scalp,
+        skin=skin,
+        face=known & ~high,
+    )
     nape = ~known & (vertices[:, 1] > -0.04) & (vertices[:, 1] < 0.02) & (vertices[:, 2] < -0.03)
     below = ~known & (vertices[:, 1] < -0.07)
     labels, _ = label_surface(seen)
@@ -255,9 +350,17 @@ def test_who_is_seen_from_behind_has_a_face_of_skin() -> None:
     known = vertices[:, 2] > 0.01  # the back of the head, and the neck
     bare = (vertices[:, 2] < -0.03) & (vertices[:, 1] < 0.07)
     colors[~known] = 0.7 * hair + 0.3 * skin  # what a network expects that sees a head of hair
-    seen = _made(vertices, colors=colors, known=known, parts=np.full(len(vertices), PARTS.index("head")), skin=skin)
+    seen = _made(
+        vertices,
+        colors=colors,
+        known=known,
+        parts=np.full(len(vertices), PARTS.index("head")),
+        skin=skin,
+    )
     inner = (vertices[:, 2] < -0.05) & (vertices[:, 1] < 0.05)
-    assert (label_surface(dataclasses.replace(seen, bare=bare))[0][inner] == SKIN_LABEL).mean() > 0.95
+    assert (
+        label_surface(dataclasses.replace(seen, bare=bare))[0][inner] == SKIN_LABEL
+    ).mean() > 0.95
     assert (label_surface(seen)[0][inner] == SKIN_LABEL).mean() < 0.7
 
 

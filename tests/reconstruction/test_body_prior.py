@@ -1,4 +1,5 @@
-"""The body-prior backend on a body that is photographed wider than it is: with a jacket, hair and a skirt."""
+"""The body-prior backend on a body that is photographed wider than it is: with a jacket, hair and a
+skirt."""
 
 from __future__ import annotations
 
@@ -14,7 +15,14 @@ from a2v.body import PARTS, load_body_model, make_body, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
-from a2v.reconstruction import ColorEvidence, ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
+from a2v.reconstruction import (
+    ColorEvidence,
+    ColorSettings,
+    SurfaceSettings,
+    body_prior_surface,
+    color_surface,
+    surface_sheet,
+)
 from a2v.reconstruction.body_prior.volume import Skin, add_lobes
 from a2v.types import Surface
 from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
@@ -23,7 +31,9 @@ from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
 @pytest.fixture(scope="module")
 def surface(scene) -> Surface:
     subject, body, camera = scene
-    return body_prior_surface(subject, body, camera, settings=SurfaceSettings(resolution=300, vertices=26_000))
+    return body_prior_surface(
+        subject, body, camera, settings=SurfaceSettings(resolution=300, vertices=26_000)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -57,18 +67,27 @@ def test_hands_feet_and_face_survive(scene, surface: Surface) -> None:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(surface.vertices)
-    for name, limit in (("left_hand", 0.012), ("right_hand", 0.012), ("left_foot", 0.015), ("right_foot", 0.015)):
+    for name, limit in (
+        ("left_hand", 0.012),
+        ("right_hand", 0.012),
+        ("left_foot", 0.015),
+        ("right_foot", 0.015),
+    ):
         distance, _ = tree.query(body.vertices[body.parts == PARTS.index(name)])
         assert np.percentile(distance, 90) < limit, name
     head = body.vertices[body.parts == PARTS.index("head")]
-    face = head[(head[:, 2] > np.percentile(head[:, 2], 80)) & (head[:, 1] < np.percentile(head[:, 1], 60))]
+    face = head[
+        (head[:, 2] > np.percentile(head[:, 2], 80)) & (head[:, 1] < np.percentile(head[:, 1], 60))
+    ]
     assert np.median(tree.query(face)[0]) < 0.008
 
 
 def test_skirt_has_thickness(scene, surface: Surface) -> None:
     _, body, _ = scene
     tall = float(np.ptp(body.vertices[:, 1]))
-    between = (np.abs(surface.vertices[:, 0]) < 0.02) & (np.abs(surface.vertices[:, 1] / tall - 0.36) < 0.02)
+    between = (np.abs(surface.vertices[:, 0]) < 0.02) & (
+        np.abs(surface.vertices[:, 1] / tall - 0.36) < 0.02
+    )
     assert between.any()
     assert np.ptp(surface.vertices[between, 2]) > 0.1  # as thick as the legs that it hangs from
 
@@ -79,13 +98,23 @@ def test_what_is_between_two_legs_belongs_to_either(apart: float, pieces: int) -
         trimesh.creation.capsule(0.5, 0.04, count=[32, 32]).apply_translation([x, z, -0.25])
         for x, z in ((0.06, apart / 2), (-0.06, -apart / 2))
     ]
-    both = trimesh.util.concatenate(rods).apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    both = trimesh.util.concatenate(rods).apply_transform(
+        trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0])
+    )
     vertices, faces = np.asarray(both.vertices), np.asarray(both.faces)
     grid = Grid(np.array([-0.2, -0.4, -0.3]), 0.006, (67, 134, 101))
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
-    mask_distance = np.maximum(np.abs(x) - 0.1, np.abs(y) - 0.2).astype(np.float32)  # a cloth over both
+    mask_distance = np.maximum(np.abs(x) - 0.1, np.abs(y) - 0.2).astype(
+        np.float32
+    )  # a cloth over both
     nobody = np.zeros(len(vertices), np.int64)  # no legs: what is between them is no skirt
-    field, cloth = add_lobes(signed_distance(vertices, faces, grid), Skin(vertices, faces, nobody), grid, mask_distance, SurfaceSettings())
+    field, cloth = add_lobes(
+        signed_distance(vertices, faces, grid),
+        Skin(vertices, faces, nobody),
+        grid,
+        mask_distance,
+        SurfaceSettings(),
+    )
     assert not cloth.any()
     labels, count = ndimage.label(field < 0)
     assert (np.bincount(labels.ravel())[1:] > 100).sum() == pieces
@@ -99,14 +128,18 @@ def test_front_shows_the_photo(scene, colored: Surface) -> None:
     assert colored.texture is not None
     assert colored.texture.shape == (1024, 1024, 3)
     pixels = camera.project(colored.vertices).astype(int)
-    seen = colored.visible & (subject.mask[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] > 0.5)
+    seen = colored.visible & (
+        subject.mask[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] > 0.5
+    )
     inner = (
         cv2.distanceTransform((subject.mask > 0.5).astype(np.uint8), cv2.DIST_L2, 5)[
             pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)
         ]
         > 5
     )
-    photo = subject.image[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] / 255
+    photo = (
+        subject.image[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] / 255
+    )
     error = np.abs(colored.colors - photo).max(axis=1)[seen & inner]
     assert np.median(error) < 0.01
     assert seen.sum() > 5000
@@ -123,7 +156,9 @@ def test_no_face_on_the_back_of_the_head(scene, colored: Surface) -> None:
     v = colored.vertices
     head = (v[:, 1] > 0.915 * tall) & (np.abs(v[:, 0]) < 0.12)
     back = head & (v[:, 2] < np.percentile(v[head, 2], 30))
-    hair = np.linalg.norm(colored.colors - HAIR, axis=1) < np.linalg.norm(colored.colors - SKIN, axis=1)
+    hair = np.linalg.norm(colored.colors - HAIR, axis=1) < np.linalg.norm(
+        colored.colors - SKIN, axis=1
+    )
     assert hair[back].mean() > 0.95
     front = head & (v[:, 2] > np.percentile(v[head, 2], 90)) & (v[:, 1] < 0.94 * tall)
     assert hair[front].mean() < 0.1
@@ -133,7 +168,12 @@ def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
     _, body, _ = scene
     tall = float(np.ptp(body.vertices[:, 1]))
     v = colored.vertices
-    back = (v[:, 2] < np.percentile(v[:, 2], 15)) & (np.abs(v[:, 0]) < 0.08) & (v[:, 1] > 0.6 * tall) & (v[:, 1] < 0.78 * tall)
+    back = (
+        (v[:, 2] < np.percentile(v[:, 2], 15))
+        & (np.abs(v[:, 0]) < 0.08)
+        & (v[:, 1] > 0.6 * tall)
+        & (v[:, 1] < 0.78 * tall)
+    )
     assert back.sum() > 50
     assert np.abs(colored.colors[back] - JACKET).max(axis=1).mean() < 0.08
     assert not colored.visible[back].any()
@@ -141,7 +181,8 @@ def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
 
 
 def painted(scene, surface: Surface, change) -> Surface:
-    """The surface coloured from the scene's photo after `change(image, heights, half widths)`, both fractions of the body's height."""
+    """The surface coloured from the scene's photo after `change(image, heights, half widths)`, both
+    fractions of the body's height."""
     subject, body, camera = scene
     tall = float(np.ptp(body.vertices[:, 1]))
     image = subject.image.copy()
@@ -149,21 +190,33 @@ def painted(scene, surface: Surface, change) -> Surface:
     widths = np.abs(np.arange(SIZE[0]) + 0.5 - camera.center_u)[None] / camera.scale / tall
     change(image, heights, widths)
     spots = nearest_spots(surface.vertices, body)
-    mask = np.maximum(subject.mask, np.linalg.norm(image / 255.0 - HAIR, axis=-1) < 0.05).astype(np.float32)
+    mask = np.maximum(subject.mask, np.linalg.norm(image / 255.0 - HAIR, axis=-1) < 0.05).astype(
+        np.float32
+    )
     changed = dataclasses.replace(subject, image=image, mask=mask)
-    return color_surface(surface, changed, camera, evidence=ColorEvidence(spots=spots), settings=ColorSettings(texture=0, tolerance=1e-2))
+    return color_surface(
+        surface,
+        changed,
+        camera,
+        evidence=ColorEvidence(spots=spots),
+        settings=ColorSettings(texture=0, tolerance=1e-2),
+    )
 
 
 def test_neckline_and_tie_stay_on_the_front(scene, surface: Surface) -> None:
     tall = float(np.ptp(scene[1].vertices[:, 1]))
 
     def dress(image: np.ndarray, heights: np.ndarray, widths: np.ndarray) -> None:
-        image[(heights < 0.84) & (heights > 0.76) & (widths < 0.5 * (heights - 0.76))] = np.multiply(SKIN, 255)
+        image[(heights < 0.84) & (heights > 0.76) & (widths < 0.5 * (heights - 0.76))] = (
+            np.multiply(SKIN, 255)
+        )
         image[(heights < 0.80) & (heights > 0.72) & (widths < 0.012)] = (250, 230, 20)
 
     v = (dressed := painted(scene, surface, dress)).vertices
     strip = (np.abs(v[:, 0]) < 0.06) & (v[:, 1] > 0.73 * tall) & (v[:, 1] < 0.80 * tall)
-    front, back = (strip & (v[:, 2] * sign > np.percentile(v[strip, 2] * sign, 70)) for sign in (1, -1))
+    front, back = (
+        strip & (v[:, 2] * sign > np.percentile(v[strip, 2] * sign, 70)) for sign in (1, -1)
+    )
     assert np.abs(dressed.colors[front] - JACKET).max(axis=1).mean() > 0.15
     assert np.abs(dressed.colors[back] - JACKET).max(axis=1).mean() < 0.1
 
@@ -174,7 +227,9 @@ def test_long_hair_hangs_down_the_nape(scene, surface: Surface, turned: float) -
     tall = float(np.ptp(body.vertices[:, 1]))
 
     def grow(image: np.ndarray, heights: np.ndarray, widths: np.ndarray) -> None:
-        image[(heights > 0.80) & (heights < 0.9) & (widths > 0.022) & (widths < 0.075)] = np.multiply(HAIR, 255)
+        image[(heights > 0.80) & (heights < 0.9) & (widths > 0.022) & (widths < 0.075)] = (
+            np.multiply(HAIR, 255)
+        )
 
     towards = subject.keypoints_3d.copy()
     towards[[7, 8]], towards[0] = 0.0, (np.sin(turned), 0, np.cos(turned))
@@ -182,9 +237,13 @@ def test_long_hair_hangs_down_the_nape(scene, surface: Surface, turned: float) -
     v = surface.vertices
     nape = (np.abs(v[:, 0]) < 0.03) & (v[:, 1] > 0.85 * tall) & (v[:, 1] < 0.88 * tall)
     nape &= v[:, 2] < np.percentile(v[nape, 2], 30)
-    short, long = (painted(looks, surface, change).colors[nape] for change in (lambda *_: None, grow))
+    short, long = (
+        painted(looks, surface, change).colors[nape] for change in (lambda *_: None, grow)
+    )
     hair, skin = np.array(HAIR), 0.92 * np.array(SKIN)
-    assert (np.linalg.norm(short - skin, axis=1) < np.linalg.norm(short - hair, axis=1)).mean() > 0.8
+    assert (
+        np.linalg.norm(short - skin, axis=1) < np.linalg.norm(short - hair, axis=1)
+    ).mean() > 0.8
     assert (np.linalg.norm(long - hair, axis=1) < np.linalg.norm(long - skin, axis=1)).mean() > 0.8
 
 
@@ -193,7 +252,13 @@ def test_a_prior_is_followed_on_the_unseen_side(scene, surface: Surface) -> None
     prior = np.full((len(surface.vertices), 3), np.nan)
     back = surface.vertices[:, 2] < np.percentile(surface.vertices[:, 2], 10)
     prior[back] = (0.9, 0.8, 0.1)
-    painted = color_surface(surface, subject, camera, evidence=ColorEvidence(prior=prior), settings=ColorSettings(texture=0))
+    painted = color_surface(
+        surface,
+        subject,
+        camera,
+        evidence=ColorEvidence(prior=prior),
+        settings=ColorSettings(texture=0),
+    )
     assert painted.texture is None
     assert np.abs(painted.colors[back] - (0.9, 0.8, 0.1)).max(axis=1).mean() < 0.1
 
@@ -215,7 +280,12 @@ def test_bad_input(scene, surface: Surface) -> None:
     with pytest.raises(InputError, match="prior has shape"):
         color_surface(surface, subject, camera, evidence=ColorEvidence(prior=np.zeros((3, 3))))
     with pytest.raises(InputError, match="spots are of 3 points"):
-        color_surface(surface, subject, camera, evidence=ColorEvidence(spots=nearest_spots(surface.vertices[:3], body)))
+        color_surface(
+            surface,
+            subject,
+            camera,
+            evidence=ColorEvidence(spots=nearest_spots(surface.vertices[:3], body)),
+        )
     with pytest.raises(InputError, match="vertices"):
         SurfaceSettings(vertices=10)
     with pytest.raises(InputError, match="lambda_nn"):
@@ -231,7 +301,9 @@ def test_wide_sleeves_do_not_grow_together_with_the_trunk(scene) -> None:
     body = make_body(model, turns, grounded=True)
     bare = np.isfinite(depth_map(body.vertices, body.faces, camera, SIZE)).astype(np.uint8)
     rows = (camera.center_v - (np.arange(SIZE[1]) + 0.5)) / camera.scale
-    closed = cv2.morphologyEx(bare, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (61, 61)))
+    closed = cv2.morphologyEx(
+        bare, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (61, 61))
+    )
     mask = np.where(((rows > 1.0) & (rows < 1.4))[:, None], closed, bare).astype(np.float32)
     assert mask.sum() > bare.sum() + 500
     loose = body_prior_surface(dataclasses.replace(subject, mask=mask), body, camera)

@@ -20,26 +20,32 @@ GRID = Grid(np.array([-0.3, -0.5, -0.35]), 0.006, (101, 167, 117))
 
 
 def legs(apart: float = 0.0) -> tuple[FloatArray, IntArray, IntArray]:
-    """Two upright rods 12 cm thick, 12 cm to the left and right, `apart` metres in depth: left thigh and right thigh."""
+    """Two upright rods 12 cm thick, 12 cm to the left and right, `apart` metres in depth: left
+    thigh and right thigh."""
     rods = []
     for side in (1, -1):
         rod = trimesh.creation.cylinder(THICK, 0.8, sections=48).subdivide()
         rod.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
         rods.append(rod.apply_translation([side * ASIDE, 0, side * apart / 2]))
-    parts = np.repeat([PARTS.index("left_thigh"), PARTS.index("right_thigh")], [len(rod.vertices) for rod in rods])
+    parts = np.repeat(
+        [PARTS.index("left_thigh"), PARTS.index("right_thigh")], [len(rod.vertices) for rod in rods]
+    )
     both = trimesh.util.concatenate(rods)
     return np.asarray(both.vertices), np.asarray(both.faces), parts
 
 
 def outline(hem: float, top: float = 0.4, wide: float = 0.2) -> FloatArray:
-    """Distance to the contour of a cloth over both rods from `hem` to `top`, metres, and of what of the rods is below."""
+    """Distance to the contour of a cloth over both rods from `hem` to `top`, metres, and of what of
+    the rods is below."""
     x, y = np.meshgrid(GRID.axis(0), GRID.axis(1), indexing="ij")
     cloth = np.maximum(np.abs(x) - wide, np.maximum(hem - y, y - top))
     rods = np.maximum(np.abs(np.abs(x) - ASIDE) - THICK, np.abs(y) - 0.4)
     return np.minimum(cloth, rods).astype(np.float32)
 
 
-def hang(apart: float, hem: float, top: float = 0.4) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
+def hang(
+    apart: float, hem: float, top: float = 0.4
+) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
     """Gaps, and the cloth's share, front and back."""
     skin, faces, parts = legs(apart)
     distance = outline(hem, top)
@@ -58,7 +64,9 @@ def test_cloth_lies_on_both_legs() -> None:
     assert back[middle, row] == pytest.approx(-THICK, abs=0.004)
     assert not gaps[:, GRID.axis(1) < -0.11].any()  # nothing below the hem
     hem = int(np.argmin(np.abs(GRID.axis(1) + 0.097)))
-    assert front[middle, hem] - back[middle, hem] < 0.8 * (front[middle, row] - back[middle, row])  # rounded at the hem
+    assert front[middle, hem] - back[middle, hem] < 0.8 * (
+        front[middle, row] - back[middle, row]
+    )  # rounded at the hem
 
 
 def test_above_the_gap_cloth_comes_to_lie_on_the_body() -> None:
@@ -78,7 +86,9 @@ def test_above_the_gap_cloth_comes_to_lie_on_the_body() -> None:
     assert along[0] == 1
     assert (np.diff(along) <= 0).all()
     assert along[-1] < 0.02
-    assert front[middle, top + 2] == pytest.approx(THICK, abs=0.006)  # the thighs' crest, not the trunk's 4 cm
+    assert front[middle, top + 2] == pytest.approx(
+        THICK, abs=0.006
+    )  # the thighs' crest, not the trunk's 4 cm
     assert front[middle, top + 32] == pytest.approx(0.04, abs=0.003)
 
 
@@ -105,7 +115,13 @@ def test_a_gap_beside_one_leg_alone_is_none() -> None:
 
 def test_the_skirt_is_one_solid_as_thick_as_the_legs() -> None:
     skin, faces, parts = legs(apart=0.06)
-    field, share = add_lobes(signed_distance(skin, faces, GRID), Skin(skin, faces, parts), GRID, outline(-0.1), SurfaceSettings())
+    field, share = add_lobes(
+        signed_distance(skin, faces, GRID),
+        Skin(skin, faces, parts),
+        GRID,
+        outline(-0.1),
+        SurfaceSettings(),
+    )
     solid = field < 0
     labels, _ = ndimage.label(solid)
     assert (np.bincount(labels.ravel())[1:] > 100).sum() == 1

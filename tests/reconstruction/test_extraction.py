@@ -33,7 +33,10 @@ def torus(points: np.ndarray) -> np.ndarray:
 
 def two_blobs(points: np.ndarray) -> np.ndarray:
     apart = np.array([0.15, 0, 0])
-    return np.minimum(np.linalg.norm(points - apart, axis=1), np.linalg.norm(points + apart, axis=1)) - 0.1505
+    return (
+        np.minimum(np.linalg.norm(points - apart, axis=1), np.linalg.norm(points + apart, axis=1))
+        - 0.1505
+    )
 
 
 def finger(points: np.ndarray, radius: float = 0.010) -> np.ndarray:
@@ -54,7 +57,9 @@ VOLUMES = {
 def evenness(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """4 sqrt(3) area / sum of squared edges: 1 for an equilateral triangle."""
     corners = vertices[faces]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     return 4 * np.sqrt(3) * area / ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
 
 
@@ -87,7 +92,9 @@ def test_as_dense_with_few_evaluations(field, cut: float) -> None:
     sampled = sample_field(counted, bounds)
     assert sampled.evaluations == sum(asked)
     assert sampled.evaluations <= 0.15 * sampled.values.size
-    nodes = np.indices(sampled.values.shape).reshape(3, -1).T * sampled.grid.cell + sampled.grid.origin
+    nodes = (
+        np.indices(sampled.values.shape).reshape(3, -1).T * sampled.grid.cell + sampled.grid.origin
+    )
     dense = field(nodes.astype(np.float32)).reshape(sampled.values.shape)
     assert ((sampled.values < 0) == (dense < 0)).all()
     inside = dense < 0
@@ -108,12 +115,16 @@ def test_as_dense_with_few_evaluations(field, cut: float) -> None:
 def test_follows_what_is_no_distance() -> None:
     # overstated sixfold: most cells that the surface crosses look far from it
     sampled = sample_field(lambda points: 6 * torus(points), BOX)
-    nodes = np.indices(sampled.values.shape).reshape(3, -1).T * sampled.grid.cell + sampled.grid.origin
+    nodes = (
+        np.indices(sampled.values.shape).reshape(3, -1).T * sampled.grid.cell + sampled.grid.origin
+    )
     assert ((sampled.values < 0).ravel() == (torus(nodes.astype(np.float32)) < 0)).all()
 
 
 def test_closes_what_leaves_the_bounds() -> None:
-    vertices, faces = extract_surface(sphere, np.array([[-0.3, 0.0, -0.2], [0.3, 0.5, 0.2]]), settings=QUICK)
+    vertices, faces = extract_surface(
+        sphere, np.array([[-0.3, 0.0, -0.2], [0.3, 0.5, 0.2]]), settings=QUICK
+    )
     assert is_closed(vertices, faces)
     assert trimesh.Trimesh(vertices, faces, process=False).body_count == 1
 
@@ -128,7 +139,9 @@ def test_dust_and_bubbles_go() -> None:
     assert mesh.body_count == 1
     assert mesh.volume == pytest.approx(VOLUMES[sphere][1], rel=0.01)
     both = ExtractionSettings(resolution=200, vertices=60_000, pieces=0.001)
-    assert trimesh.Trimesh(*extract_surface(field, BOX, settings=both), process=False).body_count == 2
+    assert (
+        trimesh.Trimesh(*extract_surface(field, BOX, settings=both), process=False).body_count == 2
+    )
 
 
 def test_noise_still_gives_a_closed_mesh() -> None:
@@ -160,7 +173,9 @@ def test_is_closed_tells() -> None:
     assert is_closed(vertices, faces)
     assert not is_closed(vertices, faces[1:])  # a hole
     assert not is_closed(vertices, faces[:, ::-1])  # inside out
-    assert not is_closed(vertices, np.concatenate([faces[:1, ::-1], faces[1:]]))  # one face against the others
+    assert not is_closed(
+        vertices, np.concatenate([faces[:1, ::-1], faces[1:]])
+    )  # one face against the others
     assert not is_closed(np.concatenate([vertices, vertices[:1]]), faces)  # a vertex too many
     two = np.concatenate([faces, faces + 8])
     kept = keep_pieces(np.concatenate([vertices, 0.5 * vertices + 3]), two)
@@ -177,13 +192,21 @@ def test_bad_input() -> None:
         extract_surface(lambda points: points, BOX, settings=QUICK)
     with pytest.raises(InputError, match="bounds"):
         extract_surface(sphere, BOX[::-1], settings=QUICK)
-    for wrong in ({"resolution": 100}, {"vertices": 10}, {"slack": 0.0}, {"pieces": 0.0}, {"smoothing": -1}):
+    for wrong in (
+        {"resolution": 100},
+        {"vertices": 10},
+        {"slack": 0.0},
+        {"pieces": 0.0},
+        {"smoothing": -1},
+    ):
         with pytest.raises(InputError, match=next(iter(wrong))):
             ExtractionSettings(**wrong)
 
 
 def test_progress_ends() -> None:
     calls = []
-    extract_surface(finger, TALL, settings=QUICK, progress=lambda done, total: calls.append((done, total)))
+    extract_surface(
+        finger, TALL, settings=QUICK, progress=lambda done, total: calls.append((done, total))
+    )
     assert calls[-1][0] == calls[-1][1]
     assert calls == sorted(calls)

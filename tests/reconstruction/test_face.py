@@ -28,7 +28,8 @@ BOTH_LIDS = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
 
 @pytest.fixture(scope="module")
 def plain(body: Body) -> Reconstruction:
-    """One piece around the body from the shoulders up: a surface without eyes and mouth, such as backends give."""
+    """One piece around the body from the shoulders up: a surface without eyes and mouth, such as
+    backends give."""
     return coated(body, cell=0.008, coat=0.003, above=float(body.vertices[:, 1].max()) - 0.42)
 
 
@@ -54,7 +55,9 @@ def test_the_surface_stays_whole(made: Surface, face: Face, plain: Reconstructio
     kept = made.vertices[(np.arange(len(made.vertices)) < face.patch[0]) & (reach > 0.15)]
     assert len(kept) > 1000
     old = {tuple(vertex) for vertex in plain.surface.vertices.tolist()}
-    assert all(tuple(vertex) in old for vertex in kept.tolist())  # nothing far from the face has moved
+    assert all(
+        tuple(vertex) in old for vertex in kept.tolist()
+    )  # nothing far from the face has moved
 
 
 def test_lids_and_lips_lie_where_the_photo_has_them(made: Surface, face: Face, body: Body) -> None:
@@ -65,10 +68,15 @@ def test_lids_and_lips_lie_where_the_photo_has_them(made: Surface, face: Face, b
     assert subject.face is not None
     known = (place[ids] >= 0).all(axis=1)
     assert known[list(RIGHT_EYE)].all()
-    seen = CAMERA.project(np.einsum("kc,kcd->kd", weights[known], made.vertices[place[ids[known]]].astype(np.float64)))
+    seen = CAMERA.project(
+        np.einsum("kc,kcd->kd", weights[known], made.vertices[place[ids[known]]].astype(np.float64))
+    )
     wide = float(np.ptp(subject.face[:, 0]))
     away = np.linalg.norm(seen - subject.face[known, :2], axis=1) * 512 / wide
-    chosen = np.isin(np.flatnonzero(known), placing_points(np.tile(np.arange(478)[:, None], (1, 2)))[:, 0].astype(int))
+    chosen = np.isin(
+        np.flatnonzero(known),
+        placing_points(np.tile(np.arange(478)[:, None], (1, 2)))[:, 0].astype(int),
+    )
     assert away[chosen].max() < 4  # pixels of a face of 512
     assert away[chosen].mean() < 1
 
@@ -77,13 +85,19 @@ def test_a_blink_moves_the_lids_alone_and_shuts_them(made: Surface, face: Face) 
     balls = kind(face, made, 1)
     moved, offsets = face.mixed(BOTH_LIDS)
     far = np.linalg.norm(
-        made.vertices[moved][:, None] - [balls[balls[:, 0] > balls[:, 0].mean()].mean(0), balls[balls[:, 0] < balls[:, 0].mean()].mean(0)],
+        made.vertices[moved][:, None]
+        - [
+            balls[balls[:, 0] > balls[:, 0].mean()].mean(0),
+            balls[balls[:, 0] < balls[:, 0].mean()].mean(0),
+        ],
         axis=-1,
     ).min(axis=1)
     assert far[np.linalg.norm(offsets, axis=1) > 5e-4].max() < 0.045
     assert uncovered(made, face, {}) > 0.05
     assert uncovered(made, face, BOTH_LIDS) < 0.05 * uncovered(made, face, {})
-    assert uncovered(made, face, {"eyeBlinkLeft": 1.0}) == pytest.approx(uncovered(made, face, {}) / 2, rel=0.25)
+    assert uncovered(made, face, {"eyeBlinkLeft": 1.0}) == pytest.approx(
+        uncovered(made, face, {}) / 2, rel=0.25
+    )
 
 
 def uncovered(surface: Surface, face: Face, strengths: dict[str, float]) -> float:
@@ -101,16 +115,27 @@ def uncovered(surface: Surface, face: Face, strengths: dict[str, float]) -> floa
         ball = ball[side * (ball[:, 0] - ball[:, 0].mean()) > 0]
         x, y = np.meshgrid(*(np.linspace(ball[:, k].min(), ball[:, k].max(), 60) for k in (0, 1)))
         rays = np.stack([x, y, 0 * x + 5, 0 * x, 0 * x, 0 * x - 1], axis=-1).astype(np.float32)
-        hit = ray_scene(vertices, surface.faces).cast_rays(rays)["primitive_ids"].numpy().astype(np.int64)
+        hit = (
+            ray_scene(vertices, surface.faces)
+            .cast_rays(rays)["primitive_ids"]
+            .numpy()
+            .astype(np.int64)
+        )
         seen.append(
-            np.where(hit < len(surface.faces), kinds[surface.faces[np.minimum(hit, len(surface.faces) - 1)]].min(axis=-1) == 1, False)
+            np.where(
+                hit < len(surface.faces),
+                kinds[surface.faces[np.minimum(hit, len(surface.faces) - 1)]].min(axis=-1) == 1,
+                False,
+            )
         )
     return float(np.mean(seen))
 
 
 def test_left_and_right_are_alike(face: Face) -> None:
     for name in ("eyeBlink", "mouthSmile", "browDown", "cheekSquint"):
-        left, right = (np.linalg.norm(face.target(name + side)[1], axis=1).sum() for side in ("Left", "Right"))
+        left, right = (
+            np.linalg.norm(face.target(name + side)[1], axis=1).sum() for side in ("Left", "Right")
+        )
         assert left == pytest.approx(right, rel=0.1), name
 
 
@@ -123,7 +148,9 @@ def test_a_jaw_opens_the_lips(made: Surface, face: Face) -> None:
     assert np.linalg.norm(offsets, axis=1).max() < 0.05
 
 
-def test_all_of_arkit_is_there_and_nothing_is_the_neutral(made: Surface, face: Face, body: Body) -> None:
+def test_all_of_arkit_is_there_and_nothing_is_the_neutral(
+    made: Surface, face: Face, body: Body
+) -> None:
     assert set(face.names) == set(actions_of())
     assert len(face.names) == 52
     assert all(len(face.target(name)[0]) for name in face.names)
@@ -139,7 +166,10 @@ def test_an_expression_goes_with_the_head(made: Surface, face: Face, body: Body)
     turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     turned = body.bone_transforms.astype(np.float64).copy()
     turned[:, :3, :3], turned[:, :3, 3] = turn @ turned[:, :3, :3], turned[:, :3, 3] @ turn.T
-    rest, away = (express(person, deform(person, moves), moves, BOTH_LIDS) for moves in (body.bone_transforms, turned))
+    rest, away = (
+        express(person, deform(person, moves), moves, BOTH_LIDS)
+        for moves in (body.bone_transforms, turned)
+    )
     np.testing.assert_allclose(away, rest @ turn.T, atol=1e-5)
 
 
@@ -156,12 +186,18 @@ def test_another_rig_expresses_the_same(made: Surface, face: Face, body: Body) -
 
 def test_without_a_face_from_before_nothing_changes(plain: Reconstruction, body: Body) -> None:
     blind = dataclasses.replace(photographed(body), face=None)
-    for subject, reason in ((blind, "no face"), (photographed(body, turned=60.0), "turned away by 6")):
+    for subject, reason in (
+        (blind, "no face"),
+        (photographed(body, turned=60.0), "turned away by 6"),
+    ):
         kept = add_face(plain, subject, body, CAMERA)
         assert kept.surface.face is None
         assert kept.surface.vertices is plain.surface.vertices
         assert reason in kept.surface.provenance["face"]
-    assert add_face(plain, photographed(body), body, CAMERA, settings=FaceSettings(expressions=False)) is plain
+    assert (
+        add_face(plain, photographed(body), body, CAMERA, settings=FaceSettings(expressions=False))
+        is plain
+    )
 
 
 def test_a_face_is_saved_and_older_characters_load(made: Surface, character: Character) -> None:
@@ -180,10 +216,14 @@ def test_the_head_is_turned_as_the_photos(body: Body) -> None:
     ids, weights = face_landmarks()
     points = np.einsum("kc,kcd->kd", weights, posed[ids])
     middle = points.mean(axis=0)
-    seen = middle + Rotation.from_euler("x", 3.06, degrees=True).apply(points - middle)  # what the detector does to an upright head
+    seen = middle + Rotation.from_euler("x", 3.06, degrees=True).apply(
+        points - middle
+    )  # what the detector does to an upright head
     landmarks = np.concatenate([CAMERA.project(seen), CAMERA.scale * seen[:, 2:]], axis=1)
     askew = Rotation.from_euler("xyz", [14, -8, 5], degrees=True)
-    found, turned = _facing(middle + askew.apply(posed - middle), askew.as_matrix() @ turns, landmarks, CAMERA)
+    found, turned = _facing(
+        middle + askew.apply(posed - middle), askew.as_matrix() @ turns, landmarks, CAMERA
+    )
     np.testing.assert_allclose(found, posed, atol=1e-6)
     np.testing.assert_allclose(turned, turns, atol=1e-6)
 
@@ -199,13 +239,19 @@ def test_the_bend_keeps_what_touches_together() -> None:
 
 def test_two_loops_are_sewn_into_a_band() -> None:
     angles = [np.linspace(0, 2 * np.pi, count, endpoint=False) for count in (30, 47)]
-    loops = [np.stack([radius * np.cos(a), radius * np.sin(a), 0 * a], axis=1) for radius, a in zip((1.2, 1.0), angles, strict=True)]
+    loops = [
+        np.stack([radius * np.cos(a), radius * np.sin(a), 0 * a], axis=1)
+        for radius, a in zip((1.2, 1.0), angles, strict=True)
+    ]
     strip = sew(np.concatenate(loops), np.arange(30), 30 + np.arange(47))
     assert len(strip) == 77
     corners = np.concatenate(loops)[strip]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
     assert (normals > 0).all()
-    polygons = [0.5 * count * np.sin(2 * np.pi / count) * radius**2 for count, radius in ((30, 1.2), (47, 1.0))]
+    polygons = [
+        0.5 * count * np.sin(2 * np.pi / count) * radius**2
+        for count, radius in ((30, 1.2), (47, 1.0))
+    ]
     assert 0.5 * normals.sum() == pytest.approx(polygons[0] - polygons[1])
 
 
@@ -233,38 +279,69 @@ def test_people_blink_now_and_then(fps: float) -> None:
 def test_closed_lips_hide_what_is_behind_them(made: Surface, face: Face, azimuth: float) -> None:
     step = 0.0003
     angle = np.radians(azimuth)
-    backward, right = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([np.cos(angle), 0, -np.sin(angle)])
+    backward, right = (
+        np.array([np.sin(angle), 0, np.cos(angle)]),
+        np.array([np.cos(angle), 0, -np.sin(angle)]),
+    )
     x, y = np.meshgrid(np.arange(-0.045, 0.045, step), np.arange(-0.03, 0.03, step))
-    starts = kind(face, made, 4).mean(axis=0) + x[..., None] * right + y[..., None] * np.array([0, 1, 0]) + backward
+    starts = (
+        kind(face, made, 4).mean(axis=0)
+        + x[..., None] * right
+        + y[..., None] * np.array([0, 1, 0])
+        + backward
+    )
 
     from a2v.geometry.rays import ray_scene
 
-    rays = np.concatenate([starts, np.broadcast_to(-backward, starts.shape)], axis=-1).astype(np.float32)
-    hit = ray_scene(made.vertices, made.faces).cast_rays(rays)["primitive_ids"].numpy().astype(np.int64)
+    rays = np.concatenate([starts, np.broadcast_to(-backward, starts.shape)], axis=-1).astype(
+        np.float32
+    )
+    hit = (
+        ray_scene(made.vertices, made.faces)
+        .cast_rays(rays)["primitive_ids"]
+        .numpy()
+        .astype(np.int64)
+    )
     kinds = np.zeros(len(made.vertices), int)
     kinds[face.patch] = face.kinds
     seen = kinds[made.faces[hit[hit < len(made.faces)]]].min(axis=-1)
-    assert (seen == 4).sum() * step**2 < 3e-6  # square metres of teeth; the model's own lips show 12 square millimetres
+    assert (
+        (seen == 4).sum() * step** 2 < 3e-6
+    )  # square metres of teeth; the model's own lips show 12 square millimetres
     assert (seen >= 2).sum() * step**2 < 5e-6
 
 
 def test_eyes_behind_dark_lenses_stay_dark(made: Surface, face: Face) -> None:
-    """No white is painted where the photo has none; where it has one, the ball is white beyond the lids too."""
-    skin, dark, white = np.array([0.7, 0.5, 0.4]), np.array([0.1, 0.1, 0.13]), np.array([0.8, 0.78, 0.76])
+    """No white is painted where the photo has none; where it has one, the ball is white beyond the
+    lids too."""
+    skin, dark, white = (
+        np.array([0.7, 0.5, 0.4]),
+        np.array([0.1, 0.1, 0.13]),
+        np.array([0.8, 0.78, 0.76]),
+    )
     points = face.landmarks[:, :2].astype(np.float64)
     corners = points[list(RIGHT_EYE)]
     wide, middle = float(np.ptp(corners[:, 0])), corners.mean(axis=0)
     rows, columns = np.mgrid[:2048, :2048] + 0.5
     around = (np.abs(columns - middle[0]) < 1.2 * wide) & (np.abs(rows - middle[1]) < 0.8 * wide)
-    inside = cv2.fillPoly(np.zeros((2048, 2048), np.uint8), [np.round(corners).astype(np.int32)], 1) > 0
+    inside = (
+        cv2.fillPoly(np.zeros((2048, 2048), np.uint8), [np.round(corners).astype(np.int32)], 1) > 0
+    )
     above = int(corners[:, 1].min() - 0.3 * wide), int(middle[0] - 0.3 * wide)
     lenses = np.where(around[..., None], dark, skin)
     paint = face_paint(made, lenses)
     assert paint is not None
-    assert np.abs(paint.eyes[np.hypot(columns - middle[0], rows - middle[1]) < 0.6 * wide] - dark).max() < 0.05
+    assert (
+        np.abs(
+            paint.eyes[np.hypot(columns - middle[0], rows - middle[1]) < 0.6 * wide] - dark
+        ).max()
+        < 0.05
+    )
     paint = face_paint(made, np.where(inside[..., None], white, skin))
     assert paint is not None
     assert paint.eyes[above].min() > skin.max() - 0.05
     assert paint.colors.shape == (len(paint.inner), 3)
     teeth = paint.colors[np.isin(paint.inner, face.patch[face.kinds == 4])]
-    assert teeth.max(axis=0)[0] > 0.6 > teeth.min(axis=0)[0]  # front teeth are bright, those that lie deep are not
+    assert (
+        teeth.max(axis=0)[0] > 0.6 > teeth.min(axis=0)[0]
+    )  # front teeth are bright, those that lie deep are not

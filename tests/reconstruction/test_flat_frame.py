@@ -20,12 +20,21 @@ def made() -> tuple[Body, Subject, PhotoCamera, Reconstruction]:
     return body, subject, camera, reconstruct(subject, body, camera, SurfaceSettings())
 
 
-def test_the_surface_covers_the_photos_mask(made: tuple[Body, Subject, PhotoCamera, Reconstruction]) -> None:
+def test_the_surface_covers_the_photos_mask(
+    made: tuple[Body, Subject, PhotoCamera, Reconstruction],
+) -> None:
     _, subject, camera, person = made
-    assert silhouette_iou(camera.flatten(person.surface.vertices), person.surface.faces, camera.flat, subject.mask) > 0.9
+    assert (
+        silhouette_iou(
+            camera.flatten(person.surface.vertices), person.surface.faces, camera.flat, subject.mask
+        )
+        > 0.9
+    )
 
 
-def test_the_surface_lies_on_the_body_in_the_world(made: tuple[Body, Subject, PhotoCamera, Reconstruction]) -> None:
+def test_the_surface_lies_on_the_body_in_the_world(
+    made: tuple[Body, Subject, PhotoCamera, Reconstruction],
+) -> None:
     body, _, camera, person = made
     scene = ray_scene(body.vertices, body.faces)
 

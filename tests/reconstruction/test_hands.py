@@ -1,4 +1,5 @@
-"""The body's hands on a surface: it stays closed, fingers are there and move, and a hand that touches something is left alone."""
+"""The body's hands on a surface: it stays closed, fingers are there and move, and a hand that
+touches something is left alone."""
 
 from __future__ import annotations
 
@@ -29,7 +30,12 @@ def relaxed(body: Body) -> Body:
 def mittens(body: Body) -> Reconstruction:
     """Around the body's straight hands: no fingers, a centimetre too thick, 13 mm off."""
     made = coated(body, cell=0.012, coat=0.01)
-    return dataclasses.replace(made, surface=dataclasses.replace(made.surface, vertices=made.surface.vertices + np.float32([0, 0.01, 0.008])))
+    return dataclasses.replace(
+        made,
+        surface=dataclasses.replace(
+            made.surface, vertices=made.surface.vertices + np.float32([0, 0.01, 0.008])
+        ),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +43,9 @@ def handed(mittens: Reconstruction, relaxed: Body) -> Reconstruction:
     return add_hands(mittens, relaxed)
 
 
-def test_both_hands_are_the_bodys_and_the_surface_stays_closed(handed: Reconstruction, mittens: Reconstruction, relaxed: Body) -> None:
+def test_both_hands_are_the_bodys_and_the_surface_stays_closed(
+    handed: Reconstruction, mittens: Reconstruction, relaxed: Body
+) -> None:
     surface = handed.surface
     assert surface.provenance["hands"] == ["left", "right"]
     assert is_closed(surface.vertices, surface.faces)
@@ -47,7 +55,9 @@ def test_both_hands_are_the_bodys_and_the_surface_stays_closed(handed: Reconstru
     for letter in (".L", ".R"):
         tips = np.flatnonzero(hand_patch(letter).out > 0.12)
         made = surface.vertices[np.isin(surface.twins, tips)]
-        assert made == pytest.approx(relaxed.vertices[np.sort(surface.twins[np.isin(surface.twins, tips)])], abs=1e-6)
+        assert made == pytest.approx(
+            relaxed.vertices[np.sort(surface.twins[np.isin(surface.twins, tips)])], abs=1e-6
+        )
     rest = surface.vertices[~own]
     assert cKDTree(mittens.surface.vertices).query(rest)[0].max() < 1e-6
     assert handed.expected_colors is not None
@@ -61,7 +71,9 @@ def test_the_wrist_has_no_step(handed: Reconstruction) -> None:
         rim = np.isin(surface.twins, hand_patch(letter).vertices[hand_patch(letter).rim])
         ring = surface.vertices[rim]
         before = cKDTree(surface.vertices[surface.twins < 0]).query(ring)[0]
-        assert np.median(before) < 0.021  # the strip is a centimetre wide, and thickening ends at 1.3 times, 4 mm below the coat
+        assert (
+            np.median(before) < 0.021
+        )  # the strip is a centimetre wide, and thickening ends at 1.3 times, 4 mm below the coat
 
 
 def test_fingers_move_with_their_bones(handed: Reconstruction, relaxed: Body) -> None:
@@ -75,14 +87,24 @@ def test_fingers_move_with_their_bones(handed: Reconstruction, relaxed: Body) ->
     moved[bone, :3, 3] += [0, 0.02, 0]
     change = np.linalg.norm(deform(character, moved) - surface.vertices, axis=1)
     index = relaxed.weights[:, bone] > 0.9
-    others = relaxed.weights[:, [relaxed.bone_names.index(f"finger{k}-2.L") for k in (1, 3, 4, 5)]].sum(axis=1) > 0.9
+    others = (
+        relaxed.weights[:, [relaxed.bone_names.index(f"finger{k}-2.L") for k in (1, 3, 4, 5)]].sum(
+            axis=1
+        )
+        > 0.9
+    )
     assert change[own & index[np.maximum(surface.twins, 0)]].min() > 0.015
     assert change[own & others[np.maximum(surface.twins, 0)]].max() < 1e-3
 
 
-def test_a_hand_that_cannot_be_cut_off_stays_as_it_is(mittens: Reconstruction, relaxed: Body) -> None:
+def test_a_hand_that_cannot_be_cut_off_stays_as_it_is(
+    mittens: Reconstruction, relaxed: Body
+) -> None:
     surface = mittens.surface
-    far = dataclasses.replace(mittens, surface=dataclasses.replace(surface, vertices=surface.vertices + np.float32([0, 0.06, 0])))
+    far = dataclasses.replace(
+        mittens,
+        surface=dataclasses.replace(surface, vertices=surface.vertices + np.float32([0, 0.06, 0])),
+    )
     assert add_hands(far, relaxed).surface.provenance["hands"] == []  # the wrist is elsewhere
     tip = relaxed.vertices[np.argmax(hand_patch(".L").out)].astype(np.float64)
     ball = coated(relaxed, cell=0.012, coat=0.01, ball=(tip - [0, 0.06, 0], 0.08))

@@ -23,7 +23,9 @@ def test_true_normals_take_the_waves_away() -> None:
 
     def wrong(vertices: np.ndarray) -> tuple[float, float]:
         cosine = (vertex_normals(vertices, SPHERE.faces) * outward).sum(axis=1)
-        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()), float(np.linalg.norm(vertices - true, axis=1).mean())
+        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()), float(
+            np.linalg.norm(vertices - true, axis=1).mean()
+        )
 
     before, after = wrong(start), wrong(placed)
     assert after[0] < 0.25 * before[0]
@@ -44,6 +46,11 @@ def test_no_vertex_moves_too_far() -> None:
     true = np.asarray(SPHERE.vertices)
     tilted = true / 0.2 + [0.8, 0, 0]
     placed = follow_normals(
-        true, SPHERE.faces, tilted / np.linalg.norm(tilted, axis=1, keepdims=True), np.ones(len(true)), stiffness=1e-3, largest=0.004
+        true,
+        SPHERE.faces,
+        tilted / np.linalg.norm(tilted, axis=1, keepdims=True),
+        np.ones(len(true)),
+        stiffness=1e-3,
+        largest=0.004,
     )
     assert np.linalg.norm(placed - true, axis=1).max() == pytest.approx(0.004, abs=1e-6)

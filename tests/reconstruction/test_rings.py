@@ -12,13 +12,20 @@ from a2v.reconstruction.backs.rings import around
 
 def _cylinder(part: str, middle: float, bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) around the axis x = `middle`, and their parts."""
-    height, angle = np.meshgrid(np.arange(bottom, top, 0.01), np.linspace(0, 2 * np.pi, 60, endpoint=False), indexing="ij")
-    points = np.stack([middle + 0.08 * np.sin(angle), height, 0.08 * np.cos(angle)], axis=-1).reshape(-1, 3)
+    height, angle = np.meshgrid(
+        np.arange(bottom, top, 0.01), np.linspace(0, 2 * np.pi, 60, endpoint=False), indexing="ij"
+    )
+    points = np.stack(
+        [middle + 0.08 * np.sin(angle), height, 0.08 * np.cos(angle)], axis=-1
+    ).reshape(-1, 3)
     return points, np.full(len(points), PARTS.index(part))
 
 
-def _ragged(points: np.ndarray, true: np.ndarray, kinds: tuple[int, int], known: np.ndarray) -> np.ndarray:
-    """The true labels, of which a third is wrong within 12 cm of the border where nothing is known."""
+def _ragged(
+    points: np.ndarray, true: np.ndarray, kinds: tuple[int, int], known: np.ndarray
+) -> np.ndarray:
+    """The true labels, of which a third is wrong within 12 cm of the border where nothing is
+    known."""
     generator = np.random.default_rng(0)
     border = (points[true == kinds[0], 1].min() + points[true == kinds[1], 1].max()) / 2
     wrong = ~known & (np.abs(points[:, 1] - border) < 0.12) & (generator.random(len(points)) < 0.33)
@@ -39,8 +46,14 @@ def test_a_hem_goes_on_behind_as_the_photo_shows_it(tilt: float) -> None:
 
 
 def test_a_hidden_trouser_leg_ends_where_the_other_one_does() -> None:
-    legs = [_cylinder(f"{side}_shin", middle, 0.1, 0.5) for side, middle in (("left", 0.12), ("right", -0.12))]
-    points, parts = np.concatenate([leg[0] for leg in legs]), np.concatenate([leg[1] for leg in legs])
+    legs = [
+        _cylinder(f"{side}_shin", middle, 0.1, 0.5)
+        for side, middle in (("left", 0.12), ("right", -0.12))
+    ]
+    points, parts = (
+        np.concatenate([leg[0] for leg in legs]),
+        np.concatenate([leg[1] for leg in legs]),
+    )
     true = np.where(points[:, 1] > 0.3, LOWER, SKIN)
     known = (points[:, 2] > 0.01) & (points[:, 0] > 0)
     found = around(_ragged(points, true, (LOWER, SKIN), known), points, parts, known)
@@ -59,7 +72,11 @@ def test_what_tells_no_height_changes_nothing() -> None:
 
 def test_a_fly_in_the_front_does_not_lift_the_seat() -> None:
     points, parts = _cylinder("torso", 0.0, 0.7, 1.4)
-    true = np.where(points[:, 1] > 1.0 - 0.05 * np.clip(points[:, 2] / 0.08, 0, 1) ** 2, UPPER, LOWER)  # lower in the middle of the front
+    true = np.where(
+        points[:, 1] > 1.0 - 0.05 * np.clip(points[:, 2] / 0.08, 0, 1) ** 2, UPPER, LOWER
+    )  # lower in the middle of the front
     known = points[:, 2] > 0.01
     found = around(_ragged(points, true, (UPPER, LOWER), known), points, parts, known)
-    assert not (found != true)[~known & (np.abs(points[:, 1] - 1.0) > 0.035)].any()  # .05 and more with a free tilt
+    assert not (found != true)[
+        ~known & (np.abs(points[:, 1] - 1.0) > 0.035)
+    ].any()  # .05 and more with a free tilt

@@ -53,7 +53,12 @@ def test_known_light_on_known_albedo_comes_back(toward: tuple[float, float, floa
 
 def test_even_light_is_left_alone() -> None:
     vertices, faces, normals, albedo = ball()
-    found = estimate_shading(normals, openness(vertices, faces, normals), linear_to_srgb(albedo), np.maximum(normals[:, 2], 0))
+    found = estimate_shading(
+        normals,
+        openness(vertices, faces, normals),
+        linear_to_srgb(albedo),
+        np.maximum(normals[:, 2], 0),
+    )
     assert np.abs(found - 1)[normals[:, 2] > 0.2].max() < 0.05
 
 
@@ -68,7 +73,9 @@ def test_what_is_hidden_is_less_open_and_limits_hold() -> None:
     found = estimate_shading(normals, np.ones(len(vertices)), harsh, np.maximum(normals[:, 2], 0))
     assert found.min() >= LIMITS[0]
     assert found.max() <= LIMITS[1]
-    assert (estimate_shading(normals, np.ones(len(vertices)), harsh, np.zeros(len(vertices))) == 1).all()  # nothing seen, nothing said
+    assert (
+        estimate_shading(normals, np.ones(len(vertices)), harsh, np.zeros(len(vertices))) == 1
+    ).all()  # nothing seen, nothing said
 
 
 def photo_of(toward: tuple[float, float, float]) -> tuple[FloatArray, FloatArray, Surface]:
@@ -82,9 +89,15 @@ def photo_of(toward: tuple[float, float, float]) -> tuple[FloatArray, FloatArray
     way = np.array(toward) / np.linalg.norm(toward)
     light = 0.6 + 0.6 * np.maximum(here @ way, 0)
     light = light / light[inside].mean()
-    photo = np.where(inside[..., None], linear_to_srgb(stuff * light[..., None]), 0.2).astype(np.float32)
+    photo = np.where(inside[..., None], linear_to_srgb(stuff * light[..., None]), 0.2).astype(
+        np.float32
+    )
     even = np.where(inside[..., None], linear_to_srgb(stuff), 0.2).astype(np.float32)
-    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full(albedo.shape, 0.5, np.float32))
+    surface = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=np.full(albedo.shape, 0.5, np.float32),
+    )
     return photo, even, surface
 
 
@@ -93,14 +106,29 @@ def test_a_photo_loses_its_shading_and_keeps_its_hues() -> None:
     pixels = CAMERA.project(surface.vertices).astype(int).clip(0, 255)
     normals = vertex_normals(surface.vertices, surface.faces)
     colors = photo[pixels[:, 1], pixels[:, 0]]
-    bare = photo_without_shading(photo, CAMERA, surface.vertices, surface.faces, normals, colors=colors, seen=normals[:, 2] > 0.3)
+    bare = photo_without_shading(
+        photo,
+        CAMERA,
+        surface.vertices,
+        surface.faces,
+        normals,
+        colors=colors,
+        seen=normals[:, 2] > 0.3,
+    )
     v, u = np.indices((256, 256)) + 0.5
     middle = np.hypot(u - 128, v - 128) < 85
-    off = [float(np.abs(srgb_to_linear(one) / srgb_to_linear(even) - 1)[middle].mean()) for one in (photo, bare)]
+    off = [
+        float(np.abs(srgb_to_linear(one) / srgb_to_linear(even) - 1)[middle].mean())
+        for one in (photo, bare)
+    ]
     assert off[1] < 0.06 < 0.13 < off[0]
     assert bare.max() <= 1
     before, after = (srgb_to_linear(one)[middle] for one in (photo, bare))
-    np.testing.assert_allclose(after / after.sum(axis=1, keepdims=True), before / before.sum(axis=1, keepdims=True), atol=2e-3)
+    np.testing.assert_allclose(
+        after / after.sum(axis=1, keepdims=True),
+        before / before.sum(axis=1, keepdims=True),
+        atol=2e-3,
+    )
 
 
 def test_colouring_takes_the_shading_out_unless_told_not_to() -> None:
@@ -115,7 +143,9 @@ def test_colouring_takes_the_shading_out_unless_told_not_to() -> None:
     seen = surface.vertices[:, 2] > 0.5
     off = []
     for delight in (False, True):
-        colored = color_surface(surface, person, CAMERA, settings=ColorSettings(texture=256, delight=delight))
+        colored = color_surface(
+            surface, person, CAMERA, settings=ColorSettings(texture=256, delight=delight)
+        )
         wanted = srgb_to_linear(even[pixels[seen, 1], pixels[seen, 0]])
         off.append(float(np.median(np.abs(srgb_to_linear(colored.colors[seen]) / wanted - 1))))
         assert colored.texture is not None

@@ -15,7 +15,13 @@ from tests.support.blocks import block
 
 @pytest.mark.parametrize(
     ("aspect", "size", "shape"),
-    [("1:1", 512, (512, 512)), ("9:16", 1920, (1080, 1920)), ("16:9", 1280, (1280, 720)), ("16:9", 512, (512, 288)), ("4:1", 62, (62, 16))],
+    [
+        ("1:1", 512, (512, 512)),
+        ("9:16", 1920, (1080, 1920)),
+        ("16:9", 1280, (1280, 720)),
+        ("16:9", 512, (512, 288)),
+        ("4:1", 62, (62, 16)),
+    ],
 )
 def test_sizes(aspect: str, size: int, shape: tuple[int, int]) -> None:
     settings = RenderSettings(size=size, aspect=aspect)

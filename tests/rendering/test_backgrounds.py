@@ -24,7 +24,9 @@ def test_the_person_is_the_same_and_what_is_behind_is_as_asked(background: str, 
     picture = renderer.render(surface.vertices, camera)
     assert picture.shape == (size, size, 4 if background == "transparent" else 3)
     mask = renderer.mask(surface.vertices, camera)
-    stage = Renderer(surface, dataclasses.replace(settings, background="stage")).render(surface.vertices, camera)
+    stage = Renderer(surface, dataclasses.replace(settings, background="stage")).render(
+        surface.vertices, camera
+    )
     inside = mask == 1
     assert inside.sum() > 10
     assert np.abs(picture[inside, :3].astype(int) - stage[inside]).max() <= 2

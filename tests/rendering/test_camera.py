@@ -11,7 +11,8 @@ from a2v.types import VIEWS, RenderSettings
 
 
 def walker(frames: int = 40) -> np.ndarray:
-    """A cloud of points, 1.8 m high, that walks along +z with jitter, jumps once and stretches its arms once."""
+    """A cloud of points, 1.8 m high, that walks along +z with jitter, jumps once and stretches its
+    arms once."""
     generator = np.random.default_rng(0)
     cloud = generator.uniform([-0.3, 0, -0.2], [0.3, 1.8, 0.2], (200, 3))
     cloud[0], cloud[1] = (0, 0, 0), (0, 1.8, 0)
@@ -88,7 +89,9 @@ def test_cameras_ease_back_before_a_frame_that_needs_room_and_return() -> None:
 def test_cameras_rise_with_who_is_in_the_air_but_not_with_steps() -> None:
     track = np.repeat(walker()[:1], 120, axis=0)
     track[:, :, 1] += 0.05 * np.sin(np.arange(120) / 5)[:, None] ** 2
-    assert [camera.target[1] for camera in follow_cameras(track)["front"]] == pytest.approx([0.9] * 120, abs=1e-6)
+    assert [camera.target[1] for camera in follow_cameras(track)["front"]] == pytest.approx(
+        [0.9] * 120, abs=1e-6
+    )
     track[30:, :, 1] += 1.5  # a ladder
     targets = [camera.target[1] for camera in follow_cameras(track)["front"]]
     assert targets[0] == pytest.approx(0.9, abs=1e-6)
@@ -121,7 +124,9 @@ def test_unusable_framing_is_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("view", "axis", "sign"), [("front", 2, 1), ("back", 2, -1), ("left", 0, 1), ("right", 0, -1)], ids=lambda value: str(value)
+    ("view", "axis", "sign"),
+    [("front", 2, 1), ("back", 2, -1), ("left", 0, 1), ("right", 0, -1)],
+    ids=lambda value: str(value),
 )
 def test_each_view_stands_on_its_side(view: str, axis: int, sign: int) -> None:
     camera = follow_cameras(walker())[view][0]  # type: ignore[index]
@@ -140,7 +145,9 @@ def test_projection_of_the_target_is_the_middle_and_right_is_right() -> None:
     assert np.isnan(camera.project(np.array([0.0, 1, 5]), 100)).all()
 
 
-@pytest.mark.parametrize("track", [np.zeros((0, 2, 3)), np.zeros((3, 2)), np.full((2, 2, 3), np.nan)])
+@pytest.mark.parametrize(
+    "track", [np.zeros((0, 2, 3)), np.zeros((3, 2)), np.full((2, 2, 3), np.nan)]
+)
 def test_unusable_tracks_are_named(track: np.ndarray) -> None:
     with pytest.raises(InputError, match="track"):
         follow_cameras(track)
@@ -168,7 +175,11 @@ def turned(path: CameraPath, **more: object) -> tuple[ViewCamera, ...]:
 
 
 @pytest.mark.parametrize(
-    "path", [CameraPath(name="high", azimuth=30, elevation=50, fov=20), CameraPath(name="dolly", turn=360, elevation=-8, fov=60)]
+    "path",
+    [
+        CameraPath(name="high", azimuth=30, elevation=50, fov=20),
+        CameraPath(name="dolly", turn=360, elevation=-8, fov=60),
+    ],
 )
 def test_a_camera_of_ones_own_sees_the_whole_body_from_its_side(path: CameraPath) -> None:
     cameras, track = turned(path, framing=Framing(margin=0.05)), walker()
@@ -177,17 +188,24 @@ def test_a_camera_of_ones_own_sees_the_whole_body_from_its_side(path: CameraPath
         worst = max(worst, float(np.abs(camera.project(track[frame], 512) - 256).max()))
         toward = camera.axes[2]
         angle = np.degrees(np.arctan2(toward[0], toward[2]))
-        assert np.cos(np.radians(angle - path.azimuth - path.turn * frame / len(cameras))) == pytest.approx(1, abs=1e-9)
+        assert np.cos(
+            np.radians(angle - path.azimuth - path.turn * frame / len(cameras))
+        ) == pytest.approx(1, abs=1e-9)
         assert np.degrees(np.arcsin(toward[1])) == pytest.approx(path.elevation, abs=1e-6)
     assert worst == pytest.approx(0.45 * 512, abs=1e-3)
-    assert len({round(float(np.linalg.norm(np.subtract(c.origin, c.target))), 9) for c in cameras}) == 1
+    assert (
+        len({round(float(np.linalg.norm(np.subtract(c.origin, c.target))), 9) for c in cameras})
+        == 1
+    )
 
 
 def test_a_turntable_goes_around_once_and_closes() -> None:
     still = np.repeat(walker()[:1], 12, axis=0)
     cameras = follow_cameras(still, RenderSettings(views=("turntable",)))["turntable"]
     around = np.unwrap([np.arctan2(camera.axes[2, 0], camera.axes[2, 2]) for camera in cameras])
-    np.testing.assert_allclose(np.diff(around), 2 * np.pi / 12, atol=1e-9)  # the thirteenth would be the first
+    np.testing.assert_allclose(
+        np.diff(around), 2 * np.pi / 12, atol=1e-9
+    )  # the thirteenth would be the first
     assert {camera.target for camera in cameras} == {cameras[0].target}
 
 
@@ -261,8 +279,14 @@ def test_bad_camera_files_are_explained(tmp_path: Path, text: str, words: str) -
 
 
 def test_views_that_nothing_defines_are_named() -> None:
-    with pytest.raises(InputError, match=r"unknown view 'top'; choose from front, .*turntable, hero"):
+    with pytest.raises(
+        InputError, match=r"unknown view 'top'; choose from front, .*turntable, hero"
+    ):
         follow_cameras(walker(), RenderSettings(views=("top",)), cameras=(CameraPath(name="hero"),))
-    for views, words in (((), "no view"), (("a b",), "names no view"), (("front", "front"), "twice")):
+    for views, words in (
+        ((), "no view"),
+        (("a b",), "names no view"),
+        (("front", "front"), "twice"),
+    ):
         with pytest.raises(InputError, match=words):
             RenderSettings(views=views)

@@ -8,7 +8,16 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
-from a2v.rendering import contact_sheet, probe_video, read_video, side_by_side, write_gif, write_video, write_webp, write_within
+from a2v.rendering import (
+    contact_sheet,
+    probe_video,
+    read_video,
+    side_by_side,
+    write_gif,
+    write_video,
+    write_webp,
+    write_within,
+)
 
 
 def clip(frames: int = 12, height: int = 64, width: int = 96) -> list[np.ndarray]:
@@ -36,7 +45,9 @@ def test_video_round_trip(tmp_path: Path, height: int, width: int) -> None:
         error = frame[:height, :width].astype(float) - picture
         assert np.sqrt((error**2).mean()) < 8
         # flat colours survive: the matrix and the range are right
-        np.testing.assert_allclose(frame[25:35, 14 + 4 * index].mean(axis=0), picture[30, 14 + 4 * index], atol=8)
+        np.testing.assert_allclose(
+            frame[25:35, 14 + 4 * index].mean(axis=0), picture[30, 14 + 4 * index], atol=8
+        )
     data = path.read_bytes()
     assert 0 < data.index(b"moov") < data.index(b"mdat")  # plays while it loads
 
@@ -119,9 +130,14 @@ def test_sheets_hold_every_picture() -> None:
 
 
 @pytest.mark.parametrize("name", ["a.gif", "a.webp"])
-def test_animations_fit_what_they_are_given_and_keep_their_length(tmp_path: Path, name: str) -> None:
+def test_animations_fit_what_they_are_given_and_keep_their_length(
+    tmp_path: Path, name: str
+) -> None:
     draw = np.random.default_rng(0)
-    noisy = [(picture // 2 + draw.integers(0, 128, picture.shape)).astype(np.uint8) for picture in clip(24)]
+    noisy = [
+        (picture // 2 + draw.integers(0, 128, picture.shape)).astype(np.uint8)
+        for picture in clip(24)
+    ]
     write_within(tmp_path / name, noisy, 12, megabytes=10)
     whole = (tmp_path / name).stat().st_size
     write_within(tmp_path / name, noisy, 12, megabytes=whole / 5e6)

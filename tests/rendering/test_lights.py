@@ -32,13 +32,16 @@ def test_the_spot_light_follows_the_place_on_the_ground_and_aims_at_the_person()
 
 def test_the_sun_shines_from_its_direction() -> None:
     light = SCENE.sun_light
-    assert light.center / SUN_DISTANCE == pytest.approx(np.array(SCENE.sun_direction) / np.linalg.norm(SCENE.sun_direction))
+    assert light.center / SUN_DISTANCE == pytest.approx(
+        np.array(SCENE.sun_direction) / np.linalg.norm(SCENE.sun_direction)
+    )
     assert light.normal == pytest.approx(-light.center / SUN_DISTANCE)
 
 
 @pytest.mark.parametrize("light", lights(), ids=["sun", "spot"])
 def test_irradiance_holds_at_the_reach(light: DiskLight) -> None:
-    """The radiance integrated over the disk gives the irradiance that was asked for, on a surface that faces it."""
+    """The radiance integrated over the disk gives the irradiance that was asked for, on a surface
+    that faces it."""
     rings = (np.arange(20_000) + 0.5) / 20_000 * light.radius
     square = rings**2 + light.reach**2
     factor = (2 * np.pi * rings * light.reach**2 / square**2).sum() * light.radius / 20_000 / np.pi

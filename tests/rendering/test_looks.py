@@ -1,4 +1,5 @@
-"""Looks: lights, sky and ground by name and from files; what is traced meets the empty stage under each of them."""
+"""Looks: lights, sky and ground by name and from files; what is traced meets the empty stage under
+each of them."""
 
 from __future__ import annotations
 
@@ -40,7 +41,9 @@ def test_the_studio_is_what_settings_are_without_a_look() -> None:
 def test_the_skys_light_on_the_ground_is_its_integral(name: str) -> None:
     scene = read_look(name)
     sine = (np.arange(20000) + 0.5) / 20000
-    np.testing.assert_allclose(scene.sky_on_ground, 2 * (scene.sky(sine) * sine[:, None]).mean(axis=0), rtol=1e-4)
+    np.testing.assert_allclose(
+        scene.sky_on_ground, 2 * (scene.sky(sine) * sine[:, None]).mean(axis=0), rtol=1e-4
+    )
     np.testing.assert_allclose(scene.sky(np.array([-0.4, 0.0])), [scene.fill, scene.fill])
 
 
@@ -86,7 +89,8 @@ def test_a_mottled_ground_is_as_light_as_a_plain_one_and_ends_at_its_rim() -> No
 
 @pytest.mark.parametrize("name", SKIES)
 def test_no_seam_shows_under_a_sky(name: str) -> None:
-    """Against the whole frame by Mitsuba's path tracer; where traced and empty stage meet, and beyond."""
+    """Against the whole frame by Mitsuba's path tracer; where traced and empty stage meet, and
+    beyond."""
     surface, scene = block(), read_look(name)
     renderer = Renderer(surface, RenderSettings(size=SIZE, spp=8, threads=1), scene)
     if not renderer.variant.startswith("llvm"):
@@ -95,9 +99,16 @@ def test_no_seam_shows_under_a_sky(name: str) -> None:
     error = smooth(levels(renderer.linear(surface.vertices, CAMERA)) - truth)
     empty = empty_stage(scene, CAMERA, SIZE)
     found = region(surface.vertices, surface.faces, CAMERA, scene, empty)
-    person = cv2.dilate((renderer.mask(surface.vertices, CAMERA) > 0).astype(np.uint8), np.ones((9, 9))) > 0
+    person = (
+        cv2.dilate((renderer.mask(surface.vertices, CAMERA) > 0).astype(np.uint8), np.ones((9, 9)))
+        > 0
+    )
     ramp = (found.weight > 0) & (found.weight < 1) & ~person
-    border = cv2.dilate((found.weight > 0).astype(np.uint8), np.ones((7, 7))).astype(bool) & (found.weight < 0.34) & ~person
+    border = (
+        cv2.dilate((found.weight > 0).astype(np.uint8), np.ones((7, 7))).astype(bool)
+        & (found.weight < 0.34)
+        & ~person
+    )
     assert min(ramp.sum(), border.sum()) > 400
     assert np.abs(error[border]).max() < 1
     assert np.quantile(np.abs(error[ramp]), 0.99) < 1
@@ -118,4 +129,8 @@ def test_the_person_is_lit_as_the_path_tracer_lights_it(name: str) -> None:
     traced = renderer._tracer.trace(every, 64, CAMERA, 64, 0)
     inside = (traced.person == 1).reshape(64, 64)
     assert inside.sum() > 100
-    np.testing.assert_allclose(traced.color.reshape(64, 64, 3)[inside].mean(axis=0), truth.color[inside].mean(axis=0), rtol=0.015)
+    np.testing.assert_allclose(
+        traced.color.reshape(64, 64, 3)[inside].mean(axis=0),
+        truth.color[inside].mean(axis=0),
+        rtol=0.015,
+    )

@@ -1,4 +1,5 @@
-"""A hundred runs of the loop that makes a video, from bones to picture: memory stays where it was."""
+"""A hundred runs of the loop that makes a video, from bones to picture: memory stays where it
+was."""
 
 from __future__ import annotations
 
@@ -18,14 +19,22 @@ from a2v.types import RenderSettings
 
 
 def resident_memory(frames: int) -> list[int]:
-    """Bytes of this process after each picture, the first nine left out: they fill caches and compile kernels."""
+    """Bytes of this process after each picture, the first nine left out: they fill caches and
+    compile kernels."""
     body = make_body(load_body_model(), grounded=True)
-    character = bind(Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)), body)
+    character = bind(
+        Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)),
+        body,
+    )
     settings = RenderSettings(size=96, spp=4, threads=1)
     deformer, renderer = ArapDeformer(character), Renderer(character.surface, settings)
     moves = np.repeat(body.bone_transforms[None], frames, axis=0)
     moves[:, :, 2, 3] += np.linspace(0, 2, frames)[:, None]
-    bounds = np.stack([body.vertices.min(0), body.vertices.max(0)]) + moves[:, :1, :3, 3] - moves[:1, :1, :3, 3]
+    bounds = (
+        np.stack([body.vertices.min(0), body.vertices.max(0)])
+        + moves[:, :1, :3, 3]
+        - moves[:1, :1, :3, 3]
+    )
     cameras = follow_cameras(bounds, settings)
     process, resident = psutil.Process(), []
     for frame, transforms in enumerate(moves):
@@ -38,7 +47,8 @@ def resident_memory(frames: int) -> list[int]:
 
 @pytest.mark.slow
 def test_a_hundred_runs_of_the_deform_and_render_loop_keep_memory_flat() -> None:
-    # a process of its own: what other tests leave in this one moves the figure, and their LLVM has aborted Mitsuba's
+    # a process of its own: what other tests leave in this one moves the figure, and their LLVM has
+    # aborted Mitsuba's
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         resident = pool.submit(resident_memory, 110).result()
     assert len(resident) == 101

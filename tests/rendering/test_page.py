@@ -30,7 +30,9 @@ def character() -> Character:
     normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
     colors = np.where(normals[:, 2:] > 0, (0.8, 0.1, 0.1), (0.1, 0.1, 0.8))
     vertices = (body.vertices + 0.005 * normals).astype(np.float32)
-    return bind(Surface(vertices=vertices, faces=body.faces, colors=colors.astype(np.float32)), body)
+    return bind(
+        Surface(vertices=vertices, faces=body.faces, colors=colors.astype(np.float32)), body
+    )
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,8 @@ def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def share(picture: np.ndarray, channel: int) -> tuple[float, float]:
-    """How much of the character's half is coloured in `channel` beyond the others, and the mean row of it."""
+    """How much of the character's half is coloured in `channel` beyond the others, and the mean row
+    of it."""
     half = picture[:, :480]
     others = np.delete(half, channel, axis=2).max(axis=2)
     mask = half[..., channel] > others + 40
@@ -56,7 +59,9 @@ def share(picture: np.ndarray, channel: int) -> tuple[float, float]:
 
 
 @pytest.mark.slow
-def test_a_browser_shows_the_character_from_the_asked_side_at_the_asked_moment(browser: str, page: Path, tmp_path: Path) -> None:
+def test_a_browser_shows_the_character_from_the_asked_side_at_the_asked_moment(
+    browser: str, page: Path, tmp_path: Path
+) -> None:
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     front = opened(browser, page, tmp_path / "a", "azimuth=0&elevation=0&time=0&clip=1")
@@ -68,7 +73,9 @@ def test_a_browser_shows_the_character_from_the_asked_side_at_the_asked_moment(b
     assert blue > 0.02
     assert red < 0.2 * blue
     assert high < low - 30  # the clip's last moment is a metre higher
-    assert ((front[..., 1] > front[..., 0] + 80) & (front[..., 1] > front[..., 2] + 80)).mean() > 0.05  # the video, green
+    assert (
+        (front[..., 1] > front[..., 0] + 80) & (front[..., 1] > front[..., 2] + 80)
+    ).mean() > 0.05  # the video, green
 
 
 def test_the_page_is_alone_and_reaches_for_nothing(page: Path) -> None:
@@ -96,4 +103,8 @@ def test_the_glb_moves_as_the_page_is_told(character: Character) -> None:
     """The lift that the browser's picture shows is the one of our own frames."""
     up = character.body.bone_transforms.copy()
     up[:, 1, 3] += 1
-    np.testing.assert_allclose(deform(character, up) - character.surface.vertices, np.tile((0, 1, 0), (len(character.parts), 1)), atol=1e-5)
+    np.testing.assert_allclose(
+        deform(character, up) - character.surface.vertices,
+        np.tile((0, 1, 0), (len(character.parts), 1)),
+        atol=1e-5,
+    )

@@ -1,4 +1,5 @@
-"""Only what the person touches is traced and denoised: the rest is the empty stage, and nothing shows where they meet."""
+"""Only what the person touches is traced and denoised: the rest is the empty stage, and nothing
+shows where they meet."""
 
 from __future__ import annotations
 
@@ -35,7 +36,11 @@ def renderer(surface: Surface) -> Renderer:
 
 @pytest.fixture(scope="module", params=["front", "oblique"])
 def camera(request: pytest.FixtureRequest, surface: Surface) -> ViewCamera:
-    return OBLIQUE if request.param == "oblique" else follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
+    return (
+        OBLIQUE
+        if request.param == "oblique"
+        else follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
+    )
 
 
 def levels(linear: FloatArray) -> FloatArray:
@@ -47,7 +52,9 @@ def smooth(picture: FloatArray) -> FloatArray:
     return np.asarray(cv2.blur(picture.astype(np.float32), (7, 7)))
 
 
-def test_the_empty_stage_is_what_the_path_tracer_sees(renderer: Renderer, surface: Surface, camera: ViewCamera) -> None:
+def test_the_empty_stage_is_what_the_path_tracer_sees(
+    renderer: Renderer, surface: Surface, camera: ViewCamera
+) -> None:
     gone = surface.vertices + np.float32([0, -500, 0])
     traced = renderer.layers(gone, camera, spp=144, seed=3)
     empty = empty_stage(SCENE, camera, 96)
@@ -58,28 +65,41 @@ def test_the_empty_stage_is_what_the_path_tracer_sees(renderer: Renderer, surfac
     np.testing.assert_allclose(empty.color[beyond], traced.color[beyond], atol=1e-6)
 
 
-def test_no_seam_shows_against_the_whole_frame_path_traced(surface: Surface, renderer: Renderer, camera: ViewCamera) -> None:
+def test_no_seam_shows_against_the_whole_frame_path_traced(
+    surface: Surface, renderer: Renderer, camera: ViewCamera
+) -> None:
     large = Renderer(surface, dataclasses.replace(SETTINGS, size=224))
     truth = levels(large.layers(surface.vertices, camera, spp=400, seed=9).color)
     error = levels(large.linear(surface.vertices, camera)) - truth
-    person = cv2.dilate((large.mask(surface.vertices, camera) > 0).astype(np.uint8), np.ones((9, 9))) > 0
+    person = (
+        cv2.dilate((large.mask(surface.vertices, camera) > 0).astype(np.uint8), np.ones((9, 9))) > 0
+    )
     found = region(surface.vertices, surface.faces, camera, SCENE, empty_stage(SCENE, camera, 224))
     mixed = (found.weight > 0) & (found.weight < 1)
-    still = cv2.dilate(mixed.astype(np.uint8), np.ones((5, 5))).astype(bool) & ~person  # where traced and empty stage meet
+    still = (
+        cv2.dilate(mixed.astype(np.uint8), np.ones((5, 5))).astype(bool) & ~person
+    )  # where traced and empty stage meet
     assert still.sum() > 100
     off = smooth(error)[still]
     assert np.quantile(np.abs(off), 0.98) < 1
-    assert np.abs(off).max() < 2  # one spot of a foot's shadow, seen at a grazing angle from 5 m: 1.6
+    assert (
+        np.abs(off).max() < 2
+    )  # one spot of a foot's shadow, seen at a grazing angle from 5 m: 1.6
     assert np.sqrt((off**2).mean()) < 0.4
     assert np.abs(off.mean(axis=0)).max() < 0.35
     assert np.abs(smooth(error)[(found.weight == 0) & ~person]).max() < 1
     assert abs(error[~person].mean()) < 0.15
 
 
-def test_light_changes_nowhere_outside_the_region(renderer: Renderer, surface: Surface, camera: ViewCamera) -> None:
+def test_light_changes_nowhere_outside_the_region(
+    renderer: Renderer, surface: Surface, camera: ViewCamera
+) -> None:
     empty = empty_stage(SCENE, camera, 96)
     found = region(surface.vertices, surface.faces, camera, SCENE, empty)
-    seen = [levels(renderer.layers(surface.vertices + np.float32([0, y, 0]), camera, spp=256).color) for y in (0, -500)]
+    seen = [
+        levels(renderer.layers(surface.vertices + np.float32([0, y, 0]), camera, spp=256).color)
+        for y in (0, -500)
+    ]
     change = np.abs(smooth(seen[0] - seen[1])).max(axis=-1)
     assert change[found.weight == 1].max() > 10
     away = cv2.dilate((found.person | (found.weight > 0)).astype(np.uint8), np.ones((7, 7))) == 0
@@ -88,7 +108,9 @@ def test_light_changes_nowhere_outside_the_region(renderer: Renderer, surface: S
     assert (renderer.mask(surface.vertices, camera)[~found.person] == 0).all()
 
 
-def test_pixels_are_traced_alike_whatever_is_traced_beside_them(renderer: Renderer, surface: Surface) -> None:
+def test_pixels_are_traced_alike_whatever_is_traced_beside_them(
+    renderer: Renderer, surface: Surface
+) -> None:
     camera = follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
     renderer.linear(surface.vertices, camera)
     assert renderer._tracer is not None
@@ -101,11 +123,15 @@ def test_pixels_are_traced_alike_whatever_is_traced_beside_them(renderer: Render
     np.testing.assert_array_equal(part.person, whole.person[some])
     steps = np.where(every % 8 == 0, 4, 1)
     ground = renderer._tracer.on_ground(every, steps, 4, camera, 96, 5)
-    np.testing.assert_allclose(renderer._tracer.on_ground(some, steps[some], 4, camera, 96, 5), ground[some], atol=1e-6)
+    np.testing.assert_allclose(
+        renderer._tracer.on_ground(some, steps[some], 4, camera, 96, 5), ground[some], atol=1e-6
+    )
     assert np.isfinite(ground).any()
 
 
-def test_the_light_is_the_path_tracers(renderer: Renderer, surface: Surface, camera: ViewCamera) -> None:
+def test_the_light_is_the_path_tracers(
+    renderer: Renderer, surface: Surface, camera: ViewCamera
+) -> None:
     """Two ways of sampling the same light agree in the mean, on the person too."""
     truth = renderer.layers(surface.vertices, camera, spp=256, seed=4)
     every = np.arange(96 * 96)
@@ -114,8 +140,12 @@ def test_the_light_is_the_path_tracers(renderer: Renderer, surface: Surface, cam
     inside = (traced.person == 1).reshape(96, 96)
     assert inside.sum() > 200
     color = traced.color.reshape(96, 96, 3)
-    np.testing.assert_allclose(color[inside].mean(axis=0), truth.color[inside].mean(axis=0), rtol=0.01)
-    np.testing.assert_allclose(traced.albedo.reshape(96, 96, 3)[inside], truth.albedo[inside], atol=0.05)
+    np.testing.assert_allclose(
+        color[inside].mean(axis=0), truth.color[inside].mean(axis=0), rtol=0.01
+    )
+    np.testing.assert_allclose(
+        traced.albedo.reshape(96, 96, 3)[inside], truth.albedo[inside], atol=0.05
+    )
 
 
 @pytest.mark.parametrize("size", [16, 50, 98])
@@ -129,7 +159,9 @@ def test_odd_sizes(surface: Surface, size: int) -> None:
 
 
 def test_boxes_cover_the_person_and_stay_inside(surface: Surface) -> None:
-    wide = surface.vertices * np.where(surface.vertices[:, 1:2] > 1.2, np.float32([4, 1, 1]), 1)  # a T, which is cut
+    wide = surface.vertices * np.where(
+        surface.vertices[:, 1:2] > 1.2, np.float32([4, 1, 1]), 1
+    )  # a T, which is cut
     camera = follow_cameras(wide[None], dataclasses.replace(SETTINGS, size=256))["front"][0]
     counts = []
     for drift in np.linspace(-1.2, 1.2, 7):
@@ -149,4 +181,6 @@ def test_boxes_cover_the_person_and_stay_inside(surface: Surface) -> None:
 def test_somebody_out_of_sight_leaves_the_empty_stage(renderer: Renderer, surface: Surface) -> None:
     camera = follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
     away = surface.vertices + np.float32([0, 0, 60])  # behind the camera
-    np.testing.assert_allclose(levels(renderer.linear(away, camera)), levels(empty_stage(SCENE, camera, 96).color), atol=1)
+    np.testing.assert_allclose(
+        levels(renderer.linear(away, camera)), levels(empty_stage(SCENE, camera, 96).color), atol=1
+    )

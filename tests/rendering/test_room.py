@@ -16,7 +16,8 @@ WALL = -1.2
 
 
 def picture() -> tuple[ByteArray, BoolArray]:
-    """A brown floor, a white wall from z = -1.2 on and a green box on the floor; and where the floor is."""
+    """A brown floor, a white wall from z = -1.2 on and a green box on the floor; and where the
+    floor is."""
     ground, below = ground_under(CAMERA, SIDE)
     floor = below & (ground[..., 1] > WALL)
     box = floor & (ground[..., 0] > 0.9) & (ground[..., 1] < -0.3)
@@ -36,7 +37,9 @@ def test_ground_is_where_the_camera_sees_it() -> None:
     ground, below = ground_under(CAMERA, SIDE)
     points = np.stack([ground[..., 0], np.zeros(below.shape), ground[..., 1]], axis=-1)[below]
     rows, columns = np.nonzero(below)
-    np.testing.assert_allclose(CAMERA.project(points, SIDE), np.stack([columns, rows], axis=1) + 0.5, atol=1e-6)
+    np.testing.assert_allclose(
+        CAMERA.project(points, SIDE), np.stack([columns, rows], axis=1) + 0.5, atol=1e-6
+    )
 
 
 def test_the_floor_ends_at_the_wall_and_at_things() -> None:
@@ -49,7 +52,9 @@ def test_the_floor_ends_at_the_wall_and_at_things() -> None:
 @pytest.mark.parametrize("entering", [True, False])
 def test_a_way_stays_on_the_floor_and_in_the_picture(angle: float, entering: bool) -> None:
     shown, _ = picture()
-    allowed = standing_room(find_floor(shown, CAMERA, np.zeros(2)), CAMERA, (0, 0, SIDE, SIDE), SIDE, 1.5)
+    allowed = standing_room(
+        find_floor(shown, CAMERA, np.zeros(2)), CAMERA, (0, 0, SIDE, SIDE), SIDE, 1.5
+    )
     roots = walk(angle)
     assert allowed(roots).mean() < 0.7
     found = find_detour(roots, allowed, fps=30, entering=entering)
@@ -70,7 +75,9 @@ def test_a_way_that_fits_stays_as_it_is() -> None:
 
 def test_a_body_turns_as_its_way_does() -> None:
     roots = walk(0.0)
-    found = find_detour(roots, lambda places: np.linalg.norm(places, axis=1) < 1.0, fps=30, entering=False)
+    found = find_detour(
+        roots, lambda places: np.linalg.norm(places, axis=1) < 1.0, fps=30, entering=False
+    )
     last = found.spots[-1]
     ahead = np.array([[roots[-1][0], 1.0, roots[-1][1]], [roots[-1][0], 1.0, roots[-1][1] + 0.5]])
     moved = last.moved(ahead)

@@ -1,4 +1,5 @@
-"""What notebooks show: one piece of HTML that turns and plays in a real browser, without a server."""
+"""What notebooks show: one piece of HTML that turns and plays in a real browser, without a
+server."""
 
 from __future__ import annotations
 
@@ -34,7 +35,9 @@ def framed(view: View) -> str:
     return html.unescape(source)
 
 
-def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tmp_path: Path) -> None:
+def test_what_is_shown_needs_nothing_else(
+    character: Character, walk: Motion, tmp_path: Path
+) -> None:
     moves = np.repeat(character.body.bone_transforms[None], 3, axis=0)
     write_video(tmp_path / "v.mp4", [np.zeros((16, 16, 3), np.uint8)] * 2, 10)
     walk.save(tmp_path / "walk.npz")
@@ -59,8 +62,12 @@ def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tm
 def test_a_small_copy_looks_and_moves_like_the_whole(character: Character, walk: Motion) -> None:
     surface = character.surface
     uv = surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]
-    picture = np.broadcast_to(np.linspace(0, 255, 1024).astype(np.uint8)[:, None, None], (1024, 1024, 3))  # dark above
-    person = dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=picture))
+    picture = np.broadcast_to(
+        np.linspace(0, 255, 1024).astype(np.uint8)[:, None, None], (1024, 1024, 3)
+    )  # dark above
+    person = dataclasses.replace(
+        character, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=picture)
+    )
     light = lighter(person, triangles=3000, texture=256)
     assert 2000 < len(light.surface.faces) <= 3000
     assert light.surface.texture is not None
@@ -71,7 +78,9 @@ def test_a_small_copy_looks_and_moves_like_the_whole(character: Character, walk:
     assert np.quantile(far, 0.95) < 0.02
     assert light.surface.uv is not None
     np.testing.assert_allclose(
-        light.surface.uv[..., 1], 0.5 * light.surface.vertices[light.surface.faces][..., 1], atol=0.01
+        light.surface.uv[..., 1],
+        0.5 * light.surface.vertices[light.surface.faces][..., 1],
+        atol=0.01,
     )  # the same texels
     whole, small = (len(a2v.show(person, small=small).page) for small in (False, True))
     viewer = len(a2v.show(walk).page)  # a stick figure: nearly all of it is the page's own script
@@ -96,7 +105,9 @@ def test_a_stick_figure_has_the_motions_joints(walk: Motion) -> None:
 
 @pytest.mark.slow
 def test_a_browser_shows_it_in_a_frame(walk: Motion, tmp_path: Path) -> None:
-    (tmp_path / "export.html").write_text(f"<body style='margin:0'>{a2v.show(walk, height=590)._repr_html_()}", encoding="utf-8")
+    (tmp_path / "export.html").write_text(
+        f"<body style='margin:0'>{a2v.show(walk, height=590)._repr_html_()}", encoding="utf-8"
+    )
     picture = opened(find_browser(), tmp_path / "export.html", tmp_path, "")
     red, _, blue = np.moveaxis(picture, -1, 0)
     assert (red > blue + 60).sum() > 100  # the left limbs

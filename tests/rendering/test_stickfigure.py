@@ -1,4 +1,5 @@
-"""Stick figures: the right way up, to scale, left and right told apart, and as many frames as asked for."""
+"""Stick figures: the right way up, to scale, left and right told apart, and as many frames as asked
+for."""
 
 from __future__ import annotations
 
@@ -12,7 +13,14 @@ from PIL import Image
 from a2v.errors import InputError
 from a2v.kinematics import CMU, HUMANACT12
 from a2v.rendering import probe_video
-from a2v.rendering.stickfigure import StickSettings, animate, plot_path, plot_rows, project, save_stick_figures
+from a2v.rendering.stickfigure import (
+    StickSettings,
+    animate,
+    plot_path,
+    plot_rows,
+    project,
+    save_stick_figures,
+)
 from tests.support.motions import person
 
 FRONT = StickSettings(size=200, azimuth=0, elevation=0)
@@ -40,14 +48,18 @@ def test_the_view_is_a_rotation_with_the_camera_where_it_says():
         basis = project(np.eye(3), azimuth, elevation)
         assert np.linalg.det(basis) == pytest.approx(1)
     assert np.allclose(project(points, 0, 0), points)
-    assert np.allclose(project(np.array([1.0, 0, 0]), 90, 0), [0, 0, 1], atol=1e-12)  # from the person's left
+    assert np.allclose(
+        project(np.array([1.0, 0, 0]), 90, 0), [0, 0, 1], atol=1e-12
+    )  # from the person's left
     assert np.allclose(project(np.array([0, 1.0, 0]), 0, 90), [0, 0, 1], atol=1e-12)  # from above
 
 
 @pytest.mark.parametrize("skeleton", [CMU, HUMANACT12])
 def test_left_is_red_on_the_viewers_right_and_up_is_up(skeleton):
     frame = next(animate(person(skeleton), settings=FRONT))
-    left, right, head = (pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle))
+    left, right, head = (
+        pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle)
+    )
     assert min(len(left), len(right), len(head)) > 50
     assert left[:, 1].mean() > right[:, 1].mean() + 20
     assert head[:, 0].min() < left[:, 0].mean()
@@ -58,8 +70,12 @@ def test_left_is_red_on_the_viewers_right_and_up_is_up(skeleton):
 def test_axes_are_equal():
     motion = person()
     span = np.ptp(motion.joints[0], axis=0)
-    frame = next(animate(motion, settings=dataclasses.replace(FRONT, size=600, bone=0.02, head=0.001)))
-    seen = np.concatenate([pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle)])
+    frame = next(
+        animate(motion, settings=dataclasses.replace(FRONT, size=600, bone=0.02, head=0.001))
+    )
+    seen = np.concatenate(
+        [pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle)]
+    )
     high, wide = np.ptp(seen, axis=0)
     assert wide / high == pytest.approx(span[0] / span[1], rel=0.05)
 
@@ -69,7 +85,9 @@ def test_shadow_and_path_lie_on_the_ground_below_a_jumper():
     frame = next(animate(high, settings=dataclasses.replace(FRONT, elevation=20)))
     shadow, body = pixels(frame, "#c9c9c4"), pixels(frame, FRONT.left)
     assert len(shadow) > 20
-    assert np.quantile(shadow[:, 0], 0.1) > body[:, 0].max()  # (a few pixels of the head's edge are of that grey)
+    assert (
+        np.quantile(shadow[:, 0], 0.1) > body[:, 0].max()
+    )  # (a few pixels of the head's edge are of that grey)
 
 
 def test_the_figure_moves_and_the_path_grows():
@@ -84,10 +102,14 @@ def test_the_figure_moves_and_the_path_grows():
 
 
 def test_the_camera_follows_a_long_walk():
-    frames = list(animate(person(frames=60, step=0.2), settings=dataclasses.replace(FRONT, azimuth=90)))
+    frames = list(
+        animate(person(frames=60, step=0.2), settings=dataclasses.replace(FRONT, azimuth=90))
+    )
     columns = np.array([pixels(frame, FRONT.middle)[:, 1].mean() for frame in frames])
     assert np.ptp(columns) < 80
-    assert min(len(pixels(frame, FRONT.left)) for frame in frames) > 100  # large, not a dot on a long path
+    assert (
+        min(len(pixels(frame, FRONT.left)) for frame in frames) > 100
+    )  # large, not a dot on a long path
 
 
 def test_grids_hold_the_last_pose_and_have_titles():
@@ -147,7 +169,12 @@ def test_what_cannot_be_drawn_is_explained(tmp_path):
         (
             "one clip",
             lambda: plot_path(
-                dataclasses.replace(motion, joints=motion.joints[None], rotations=motion.rotations[None], root=motion.root[None])
+                dataclasses.replace(
+                    motion,
+                    joints=motion.joints[None],
+                    rotations=motion.rotations[None],
+                    root=motion.root[None],
+                )
             ),
         ),
         ("size is 5", lambda: StickSettings(size=5)),

@@ -18,10 +18,14 @@ def forgotten(monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
     variant._working_llvm.cache_clear()
 
 
-def test_a_probe_that_dies_falls_back_and_says_so(forgotten: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_probe_that_dies_falls_back_and_says_so(
+    forgotten: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     calls = tmp_path / "calls"
     # what LLVM 15 does to the process that loads it
-    monkeypatch.setattr(variant, "_PROBE", f"import os; open({str(calls)!r}, 'a').write('x'); os.abort()")
+    monkeypatch.setattr(
+        variant, "_PROBE", f"import os; open({str(calls)!r}, 'a').write('x'); os.abort()"
+    )
     name, message = choose_variant()
     assert name == "scalar_rgb"
     assert message is not None
@@ -32,7 +36,9 @@ def test_a_probe_that_dies_falls_back_and_says_so(forgotten: None, monkeypatch: 
     assert len(calls.read_text()) == probes  # asked once a process
 
 
-def test_a_library_that_is_none_is_survived(forgotten: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_library_that_is_none_is_survived(
+    forgotten: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     fake = tmp_path / "libLLVM.so"
     fake.write_bytes(b"no library")
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(fake))

@@ -1,1 +1,2 @@
-"""What several tests share: fixtures (named in the root ``conftest.py``) and makers of small things."""
+"""What several tests share: fixtures (named in the root ``conftest.py``) and makers of small
+things."""

@@ -15,7 +15,19 @@ from pipelines.cli import main
 from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions
 
-SMALL = ["--frames", "2", "--views", "front", "--size", "48", "--spp", "1", "--executor", "serial", "--quiet"]
+SMALL = [
+    "--frames",
+    "2",
+    "--views",
+    "front",
+    "--size",
+    "48",
+    "--spp",
+    "1",
+    "--executor",
+    "serial",
+    "--quiet",
+]
 
 
 def batch(jobs: Path, out: Path, *more: str) -> int:
@@ -26,12 +38,18 @@ def task(key: str, kind: tasks.Kind = "video", after: tuple[str, ...] = ()) -> T
     return Task(kind, key, {}, False, after)
 
 
-def drive(monkeypatch, tmp_path: Path, given: list[Task], answer: Callable[..., Result], **options: Any) -> dict[str, Result]:
+def drive(
+    monkeypatch, tmp_path: Path, given: list[Task], answer: Callable[..., Result], **options: Any
+) -> dict[str, Result]:
     over: dict[str, Result] = {}
     monkeypatch.setattr(schedule, "perform", answer)
     running = RunOptions(executor=options.pop("executor", "serial"), workers=2, cache=str(tmp_path))
     plan = Schedule(
-        Store(tmp_path), running, limit=options.pop("limit", None), done=lambda one, result: over.update({one.key: result}), tick=str
+        Store(tmp_path),
+        running,
+        limit=options.pop("limit", None),
+        done=lambda one, result: over.update({one.key: result}),
+        tick=str,
     )
     plan.run(given)
     assert set(over) == {one.key for one in given}

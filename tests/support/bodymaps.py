@@ -12,20 +12,25 @@ from tests.support.bodies import landmarks_of
 
 
 def bodymap_of(body: Body, camera: OrthographicCamera, side: float, *, cells: int = 64) -> BodyMap:
-    """The true map of a body on the square of `side` pixels at the photo's origin; nothing is known of its back."""
+    """The true map of a body on the square of `side` pixels at the photo's origin; nothing is known
+    of its back."""
     step = side / cells
     seen = rasterize(body.vertices, body.faces, camera, (cells, cells), step=step)
     canonical = canonical_places()
     place = np.zeros((len(body.vertices), 3), np.float32)
     place[canonical.vertex_ids] = canonical.places
-    weights = np.concatenate([1 - seen["barycentric"].sum(axis=-1, keepdims=True), seen["barycentric"]], axis=-1)
+    weights = np.concatenate(
+        [1 - seen["barycentric"].sum(axis=-1, keepdims=True), seen["barycentric"]], axis=-1
+    )
     places = (weights[..., None] * place[body.faces[np.maximum(seen["face"], 0)]]).sum(axis=2)
     points = landmarks_of(load_body_model(), body)
     hips = points[[23, 24], 2].mean()
     depth = np.where(seen["mask"], (seen["depth"] - hips) * camera.scale, 0)
     small = np.full((cells, cells), 0.01)
     return BodyMap(
-        landmarks=np.concatenate([camera.project(points), camera.scale * (points[:, 2:] - hips)], axis=1).astype(np.float32),
+        landmarks=np.concatenate(
+            [camera.project(points), camera.scale * (points[:, 2:] - hips)], axis=1
+        ).astype(np.float32),
         landmark_scales=np.full((33, 2), 0.5, np.float32),
         places=places.astype(np.float32),
         place_scales=small.astype(np.float32),

@@ -12,19 +12,31 @@ import pytest
 from tests.support.npm import npm_folder
 from tests.support.page import find_browser
 
-THREE_VRM = ("three@0.187.0", "@pixiv/three-vrm@3.5.5", "@pixiv/three-vrm-animation@3.5.5", "esbuild@0.28.2")
+THREE_VRM = (
+    "three@0.187.0",
+    "@pixiv/three-vrm@3.5.5",
+    "@pixiv/three-vrm-animation@3.5.5",
+    "esbuild@0.28.2",
+)
 """Packages that read avatars of both editions of VRM."""
 
 
 def bundled(script: Path, folder_name: str, *packages: str) -> str:
-    """A script with the npm packages that it imports as one text; the test is skipped without node or packages."""
+    """A script with the npm packages that it imports as one text; the test is skipped without node
+    or packages."""
     if shutil.which("node") is None:
         pytest.skip(f"{script.name} needs node; it is not installed")
     folder = npm_folder(folder_name, *packages)
     source, out = folder / script.name, folder / f"{script.stem}.bundle.js"  # beside its packages
     source.write_bytes(script.read_bytes())
     program = str(folder / "node_modules" / ".bin" / "esbuild")
-    options = ["--bundle", "--format=iife", '--define:import.meta.url="file:///"', f"--outfile={out}", "--log-level=error"]
+    options = [
+        "--bundle",
+        "--format=iife",
+        '--define:import.meta.url="file:///"',
+        f"--outfile={out}",
+        "--log-level=error",
+    ]
     subprocess.run([program, str(source), *options], check=True, timeout=120)
     return out.read_text(encoding="utf-8")
 
@@ -34,8 +46,14 @@ def told_by(script: str, given: dict[str, Any]) -> Any:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as engine:
-        flags = ["--disable-gpu", "--autoplay-policy=no-user-gesture-required", "--host-resolver-rules=MAP * ~NOTFOUND"]
-        browser = engine.chromium.launch(executable_path=find_browser(), args=flags, chromium_sandbox=False)
+        flags = [
+            "--disable-gpu",
+            "--autoplay-policy=no-user-gesture-required",
+            "--host-resolver-rules=MAP * ~NOTFOUND",
+        ]
+        browser = engine.chromium.launch(
+            executable_path=find_browser(), args=flags, chromium_sandbox=False
+        )
         page = browser.new_page()
         page.set_default_timeout(180_000)
         page.evaluate("given => { window.given = given; }", given)

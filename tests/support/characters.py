@@ -33,9 +33,13 @@ def body() -> Body:
 @pytest.fixture(scope="session")
 def surface(body: Body) -> Surface:
     """The body's own skin pushed out by 8 mm."""
-    vertices = body.vertices + 0.008 * vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
+    vertices = body.vertices + 0.008 * vertex_normals(
+        body.vertices.astype(np.float64), body.faces.astype(np.int64)
+    )
     colors = np.clip((vertices - vertices.min(0)) / np.ptp(vertices, axis=0), 0, 1)
-    return Surface(vertices=vertices.astype(np.float32), faces=body.faces, colors=colors.astype(np.float32))
+    return Surface(
+        vertices=vertices.astype(np.float32), faces=body.faces, colors=colors.astype(np.float32)
+    )
 
 
 @pytest.fixture(scope="session")
@@ -83,13 +87,23 @@ def real_clips(data_dir: Path) -> Callable[[str, int], list[Motion]]:
             with zipfile.ZipFile(data_dir / "humanact12.zip") as archive:
                 names = sorted(item for item in archive.namelist() if item.endswith(".npy"))
                 for index in random.permutation(len(names))[:count]:
-                    joints = np.load(io.BytesIO(archive.read(names[index]))).astype(np.float64) * [1, -1, -1]  # y down at the source
+                    joints = np.load(io.BytesIO(archive.read(names[index]))).astype(np.float64) * [
+                        1,
+                        -1,
+                        -1,
+                    ]  # y down at the source
                     clips.append(clip(joints, HUMANACT12, 20.0, names[index]))
         else:
             with zipfile.ZipFile(data_dir / "cmu_mocap.zip") as archive:
-                rows = list(csv.DictReader(io.StringIO(archive.read("mocap/pose_clip.csv").decode())))
+                rows = list(
+                    csv.DictReader(io.StringIO(archive.read("mocap/pose_clip.csv").decode()))
+                )
                 for index in random.permutation(len(rows)):
-                    joints = np.load(io.BytesIO(archive.read(f"mocap/mocap_3djoints/{rows[index]['motion']}.npy"))).astype(np.float64)
+                    joints = np.load(
+                        io.BytesIO(
+                            archive.read(f"mocap/mocap_3djoints/{rows[index]['motion']}.npy")
+                        )
+                    ).astype(np.float64)
                     if len(joints) >= 10 and len(clips) < count:
                         clips.append(clip(joints / 20, CMU, 12.0, rows[index]["action_type"]))
         return clips

@@ -1,4 +1,5 @@
-"""Checkpoints in the layouts of PIFu, PIFuHD, PaMIR and Liquid Warping GAN: every name and shape spelled out, random weights or chosen ones."""
+"""Checkpoints in the layouts of PIFu, PIFuHD, PaMIR and Liquid Warping GAN: every name and shape
+spelled out, random weights or chosen ones."""
 
 from __future__ import annotations
 
@@ -19,17 +20,24 @@ class Writer:
         self.state: State = {}
         self.draws = torch.Generator().manual_seed(seed)
 
-    def conv(self, name: str, *shape: int, bias: bool = True, scale: float = 0.05, outputs: int = 0) -> None:
+    def conv(
+        self, name: str, *shape: int, bias: bool = True, scale: float = 0.05, outputs: int = 0
+    ) -> None:
         self.state[f"{name}.weight"] = scale * torch.randn(*shape, generator=self.draws)
         if bias:
             self.state[f"{name}.bias"] = torch.zeros(outputs or shape[0])
 
     def norm(self, name: str, width: int) -> None:
-        self.state[f"{name}.weight"], self.state[f"{name}.bias"] = torch.ones(width), torch.zeros(width)
+        self.state[f"{name}.weight"], self.state[f"{name}.bias"] = (
+            torch.ones(width),
+            torch.zeros(width),
+        )
 
     def block(self, name: str, before: int, after: int) -> None:
         half, quarter = after // 2, after // 4
-        for index, (inputs, outputs) in enumerate(((before, half), (half, quarter), (quarter, quarter)), 1):
+        for index, (inputs, outputs) in enumerate(
+            ((before, half), (half, quarter), (quarter, quarter)), 1
+        ):
             self.conv(f"{name}.conv{index}", outputs, inputs, 3, 3, bias=False)
             self.norm(f"{name}.bn{index}", inputs)
         self.norm(f"{name}.bn4", before)
@@ -37,7 +45,9 @@ class Writer:
             self.norm(f"{name}.downsample.0", before)
             self.conv(f"{name}.downsample.2", after, before, 1, 1, bias=False)
 
-    def hourglasses(self, prefix: str, *, inputs: int, stacks: int, features: int, depth: int = 2) -> None:
+    def hourglasses(
+        self, prefix: str, *, inputs: int, stacks: int, features: int, depth: int = 2
+    ) -> None:
         self.conv(f"{prefix}conv1", 64, inputs, 7, 7)
         self.norm(f"{prefix}bn1", 64)
         for name, before, after in (("conv2", 64, 128), ("conv3", 128, 128), ("conv4", 128, 256)):
@@ -54,16 +64,32 @@ class Writer:
                 self.conv(f"{prefix}bl{index}", 256, 256, 1, 1)
                 self.conv(f"{prefix}al{index}", 256, features, 1, 1)
 
-    def points(self, prefix: str, widths: tuple[int, ...], again: tuple[int, ...], style: str = "conv", norms: bool = False) -> None:
+    def points(
+        self,
+        prefix: str,
+        widths: tuple[int, ...],
+        again: tuple[int, ...],
+        style: str = "conv",
+        norms: bool = False,
+    ) -> None:
         for index, (before, after) in enumerate(itertools.pairwise(widths)):
             self.conv(f"{prefix}{style}{index}", after, before + widths[0] * (index in again), 1)
             if norms and index < len(widths) - 2:
                 self.norm(f"{prefix}norms.{index}", after)
 
     def residual(
-        self, prefix: str, *, inputs: int, width: int, halvings: int, blocks: int, outputs: int = 0, learned: bool = False
+        self,
+        prefix: str,
+        *,
+        inputs: int,
+        width: int,
+        halvings: int,
+        blocks: int,
+        outputs: int = 0,
+        learned: bool = False,
     ) -> None:
-        """`outputs` for PIFuHD's networks of normals; group norms and no biases if `learned`, as in PIFu's colours."""
+        """`outputs` for PIFuHD's networks of normals; group norms and no biases if `learned`, as in
+        PIFu's colours."""
         self.conv(f"{prefix}model.1", width, inputs, 7, 7, bias=not learned)
         at = 1
         for step in range(halvings + 1):
@@ -75,7 +101,9 @@ class Writer:
             at += 3
         for block in range(blocks):
             for conv in (1, 5):
-                self.conv(f"{prefix}model.{at}.conv_block.{conv}", width, width, 3, 3, bias=not learned)
+                self.conv(
+                    f"{prefix}model.{at}.conv_block.{conv}", width, width, 3, 3, bias=not learned
+                )
                 if learned and (conv == 1 or outputs or block < blocks - 1):
                     self.norm(f"{prefix}model.{at}.conv_block.{conv + 1}", width)
             at += 1
@@ -108,11 +136,15 @@ def pifu_color(widths: tuple[int, ...] = (513, 1024, 512, 256, 128, 3), seed: in
     return writer.state
 
 
-def pifuhd(*, stacks: int = 4, normals: int = 64, blocks: int = 9, seed: int = 2) -> dict[str, object]:
+def pifuhd(
+    *, stacks: int = 4, normals: int = 64, blocks: int = 9, seed: int = 2
+) -> dict[str, object]:
     """PIFuHD's file; `normals` is the first width of the networks of normals."""
     writer = Writer(seed)
     for side in ("netF", "netB"):
-        writer.residual(f"netG.{side}.", inputs=3, width=normals, halvings=4, blocks=blocks, outputs=3)
+        writer.residual(
+            f"netG.{side}.", inputs=3, width=normals, halvings=4, blocks=blocks, outputs=3
+        )
     writer.hourglasses("netG.image_filter.", inputs=9, stacks=stacks, features=256)
     writer.points("netG.mlp.", PIFU_WIDTHS, (2, 3, 4), "filters.", norms=True)
     writer.hourglasses("image_filter.", inputs=6, stacks=1, features=16)
@@ -145,7 +177,12 @@ def _pamir_wide(writer: Writer, name: str, width: int, *kernel: int) -> None:
         writer.conv(f"{name}.{part}", width, width, *kernel)
 
 
-def pamir_geometry(stacks: int = 4, modules: int = 3, depth: int = 4, widths: tuple[int, ...] = (288, 1024, 512, 256, 128, 1)) -> State:
+def pamir_geometry(
+    stacks: int = 4,
+    modules: int = 3,
+    depth: int = 4,
+    widths: tuple[int, ...] = (288, 1024, 512, 256, 128, 1),
+) -> State:
     """``pamir_net``."""
     writer = Writer(4)
 
@@ -200,11 +237,16 @@ def saved(content: object, path: Path) -> str:
 
 
 def slab(front: float, back: float, inside: float) -> State:
-    """``net_G`` whose person is what is bright in the picture, between the depths `back` and `front` (in the network's own units).
+    """``net_G`` whose person is what is bright in the picture, between the depths `back` and
+    `front` (in the network's own units).
 
-    Blocks without their convolutions pass on what they are given, so the features are the blurred picture: `inside` is their value there.
+    Blocks without their convolutions pass on what they are given, so the features are the blurred
+    picture: `inside` is their value there.
     """
-    state = {name: torch.zeros_like(value) if value.ndim > 1 else value for name, value in pifu_geometry(1, NARROW).items()}
+    state = {
+        name: torch.zeros_like(value) if value.ndim > 1 else value
+        for name, value in pifu_geometry(1, NARROW).items()
+    }
     for index in range(64):  # each channel beside its negative: group norms then only scale
         state["image_filter.conv1.weight"][index, 0, 3, 3] = 1 - 2 * (index % 2)
     for name, before in (("conv2", 64), ("conv4", 128)):
@@ -216,19 +258,28 @@ def slab(front: float, back: float, inside: float) -> State:
         value.zero_()
     first, bias = point["surface_classifier.conv0.weight"], point["surface_classifier.conv0.bias"]
     first[0, 0, 0], bias[0] = 1, -inside / 2  # bright
-    first[3, 0, 0], bias[3] = -1, inside / 2  # dark: the difference of both is linear, whatever the rectifier leaks
+    first[3, 0, 0], bias[3] = (
+        -1,
+        inside / 2,
+    )  # dark: the difference of both is linear, whatever the rectifier leaks
     first[1, 256, 0], bias[1] = 1, -front  # before the front
     first[2, 256, 0], bias[2] = -1, back  # behind the back
     second = point["surface_classifier.conv1.weight"]
     second[0, 0, 0], second[0, 3, 0], second[0, 1:3, 0] = 16 / inside, -16 / inside, -800
     for index in (2, 3, 4):
         point[f"surface_classifier.conv{index}.weight"][0, 0, 0] = 1
-    point["surface_classifier.conv1.bias"][0], point["surface_classifier.conv4.bias"][0] = 100, -100  # on the way nothing is negative
+    point["surface_classifier.conv1.bias"][0], point["surface_classifier.conv4.bias"][0] = (
+        100,
+        -100,
+    )  # on the way nothing is negative
     return state
 
 
-def liquid_warping(*, width: int = 8, depth: int = 3, blocks: int = 2, inputs: int = 6, seed: int = 3) -> State:
-    """Liquid Warping GAN's ``net_epoch_30_id_G.pth``; in the published file `width` is 64 and there are 6 blocks."""
+def liquid_warping(
+    *, width: int = 8, depth: int = 3, blocks: int = 2, inputs: int = 6, seed: int = 3
+) -> State:
+    """Liquid Warping GAN's ``net_epoch_30_id_G.pth``; in the published file `width` is 64 and there
+    are 6 blocks."""
     writer = Writer(seed)
 
     def normed(name: str, *shape: int, at: int = 0, outputs: int = 0) -> None:
@@ -248,12 +299,22 @@ def liquid_warping(*, width: int = 8, depth: int = 3, blocks: int = 2, inputs: i
         block(f"bg_model.model.{first + index}", wide)
     for level in range(depth):
         near = wide // 2**level
-        normed("bg_model.model", near, near // 2, 3, 3, at=first + blocks + 3 * level, outputs=near // 2)
+        normed(
+            "bg_model.model",
+            near,
+            near // 2,
+            3,
+            3,
+            at=first + blocks + 3 * level,
+            outputs=near // 2,
+        )
     writer.conv(f"bg_model.model.{first + blocks + 3 * depth}", 3, width, 7, 7, bias=False)
     for stream in ("src_model", "tsf_model"):
         normed(f"{stream}.encoders.0", width, inputs, 7, 7)
         for level in range(depth):
-            normed(f"{stream}.encoders.{level + 1}", width * 2 ** (level + 1), width * 2**level, 3, 3)
+            normed(
+                f"{stream}.encoders.{level + 1}", width * 2 ** (level + 1), width * 2**level, 3, 3
+            )
             near = wide // 2**level
             normed(f"{stream}.decoders.{level}", near, near // 2, 3, 3, outputs=near // 2)
             normed(f"{stream}.skippers.{level}", near // 2, near, 3, 3)

@@ -27,7 +27,8 @@ def without_readings(said: str) -> str:
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """Run the command; the one line that it says beside what it understood of the action, with exit code 2."""
+    """Run the command; the one line that it says beside what it understood of the action, with exit
+    code 2."""
     assert main([str(word) for word in words]) == 2
     error = without_readings(capsys.readouterr().err)
     assert error.count("\n") == 1

@@ -1,4 +1,5 @@
-"""A "person" whose truth is known by formula: an upright ellipsoid, with a guide that is a little too thin."""
+"""A "person" whose truth is known by formula: an upright ellipsoid, with a guide that is a little
+too thin."""
 
 from __future__ import annotations
 
@@ -10,7 +11,9 @@ from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMes
 from a2v.types import FloatArray, OrthographicCamera
 
 AXES = np.array([0.25, 0.85, 0.16])
-CAMERA = OrthographicCamera(scale=0.9 * FRAME / (2 * AXES[1]), center_u=FRAME / 2, center_v=FRAME / 2)
+CAMERA = OrthographicCamera(
+    scale=0.9 * FRAME / (2 * AXES[1]), center_u=FRAME / 2, center_v=FRAME / 2
+)
 RED = np.array([200, 60, 50], np.uint8)
 
 
@@ -21,7 +24,10 @@ def ellipsoid(scale: float = 1.0) -> trimesh.Trimesh:
 
 
 def _packed(maps: GuideMaps) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    front, back = (np.round(normals * 127).astype(np.int8) for normals in (maps.normals_front, maps.normals_back))
+    front, back = (
+        np.round(normals * 127).astype(np.int8)
+        for normals in (maps.normals_front, maps.normals_back)
+    )
     return maps.depth_front.astype(np.float16), maps.depth_back.astype(np.float16), front, back
 
 
@@ -33,8 +39,12 @@ def make_view(seed: int) -> View:
     inside = np.isfinite(large.depth_front)
     image = np.full((FRAME, FRAME, 3), 90, np.uint8)
     image[inside] = RED
-    depth_front, depth_back, normals_front, normals_back = _packed(truth.maps(CAMERA, FRAME, MAP_SIZE))
-    guide_front, guide_back, guide_normals_front, guide_normals_back = _packed(guide.maps(CAMERA, FRAME, GUIDE))
+    depth_front, depth_back, normals_front, normals_back = _packed(
+        truth.maps(CAMERA, FRAME, MAP_SIZE)
+    )
+    guide_front, guide_back, guide_normals_front, guide_normals_back = _packed(
+        guide.maps(CAMERA, FRAME, GUIDE)
+    )
     maps = {
         "mask": (inside * 255).astype(np.uint8),
         "normals_front": normals_front, "normals_back": normals_back, "depth_front": depth_front, "depth_back": depth_back,

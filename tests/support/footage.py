@@ -28,7 +28,8 @@ def person(tall: int = 200) -> np.ndarray:
 
 
 def picture(across: float | None, *, others: Sequence[float] = (), wall: int = 0) -> np.ndarray:
-    """A room (240, 320, 3) with the person `across` pixels from the left, and others; None: nobody. `wall` is another room's number."""
+    """A room (240, 320, 3) with the person `across` pixels from the left, and others; None: nobody.
+    `wall` is another room's number."""
     room = np.random.default_rng(wall).integers(60, 200, (24, 32, 3)).astype(np.uint8)
     image = cv2.GaussianBlur(cv2.resize(room, SIZE, interpolation=cv2.INTER_NEAREST), (0, 0), 1.5)
     for at, tall in [(one, 130) for one in others] + ([] if across is None else [(across, 200)]):
@@ -41,10 +42,14 @@ def picture(across: float | None, *, others: Sequence[float] = (), wall: int = 0
     return np.asarray(image)
 
 
-def write_clip(path: Path, images: Sequence[np.ndarray], times: Sequence[float] | None = None, *, fps: int = 15) -> Path:
+def write_clip(
+    path: Path, images: Sequence[np.ndarray], times: Sequence[float] | None = None, *, fps: int = 15
+) -> Path:
     """Write pictures, at `times` in seconds or evenly."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=fps, options={"crf": "18", "preset": "ultrafast", "bf": "0"})
+        stream = container.add_stream(
+            "libx264", rate=fps, options={"crf": "18", "preset": "ultrafast", "bf": "0"}
+        )
         stream.height, stream.width = images[0].shape[:2]
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, 1000)
@@ -58,7 +63,8 @@ def write_clip(path: Path, images: Sequence[np.ndarray], times: Sequence[float] 
 
 
 def turned(source: Path, target: Path) -> Path:
-    """The same file, which says of itself that it is to be turned clockwise by 90 degrees, as telephones do."""
+    """The same file, which says of itself that it is to be turned clockwise by 90 degrees, as
+    telephones do."""
     data = bytearray(source.read_bytes())
     at = data.find(b"tkhd") + 4 + 4 + (32 if data[data.find(b"tkhd") + 4] else 20) + 16
     data[at : at + 36] = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)

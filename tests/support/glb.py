@@ -30,12 +30,24 @@ def glb(tree: Any, binary: bytes = b"") -> bytes:
     """A binary glTF of a JSON value and a chunk of numbers."""
     text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
-    chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(binary).to_bytes(4, "little") + b"BIN\0" + binary
+    chunks = (
+        len(text).to_bytes(4, "little")
+        + b"JSON"
+        + text
+        + len(binary).to_bytes(4, "little")
+        + b"BIN\0"
+        + binary
+    )
     return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks
 
 
 def validate(path: Path, modules: Path) -> dict[str, Any]:
-    command = ["node", str(ROOT / "tests" / "formats" / "validate_gltf.js"), str(modules), str(path)]
+    command = [
+        "node",
+        str(ROOT / "tests" / "formats" / "validate_gltf.js"),
+        str(modules),
+        str(path),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     report: dict[str, Any] = json.loads(done.stdout)
     return report
@@ -54,7 +66,9 @@ class Glb:
 
     def array(self, index: int) -> np.ndarray:
         item = self.json["accessors"][index]
-        kind = {5126: np.float32, 5125: np.uint32, 5123: np.uint16, 5121: np.uint8}[item["componentType"]]
+        kind = {5126: np.float32, 5125: np.uint32, 5123: np.uint16, 5121: np.uint8}[
+            item["componentType"]
+        ]
         width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}[item["type"]]
         start = self.json["bufferViews"][item["bufferView"]]["byteOffset"]
         flat = np.frombuffer(self.blob, kind, item["count"] * width, start)
@@ -73,7 +87,10 @@ class Glb:
         def visit(index: int, parent: np.ndarray) -> None:
             node, local = nodes[index], np.eye(4)
             x, y, z, w = node.get("rotation", [0, 0, 0, 1])
-            local[:3, :3], local[:3, 3] = quat_to_rotmat(np.array([w, x, y, z])), node.get("translation", [0, 0, 0])
+            local[:3, :3], local[:3, 3] = (
+                quat_to_rotmat(np.array([w, x, y, z])),
+                node.get("translation", [0, 0, 0]),
+            )
             world[index] = parent @ local
             for child in node.get("children", []):
                 visit(child, world[index])
@@ -84,6 +101,8 @@ class Glb:
         inverse = np.swapaxes(self.array(skin["inverseBindMatrices"]).reshape(-1, 4, 4), 1, 2)
         matrices = np.stack([world[joint] for joint in skin["joints"]]) @ inverse
         attributes = document["meshes"][0]["primitives"][0]["attributes"]
-        points, joints, weights = (self.array(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0"))
+        points, joints, weights = (
+            self.array(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+        )
         blended = np.einsum("vk,vkab->vab", weights, matrices[joints])
         return np.einsum("vab,vb->va", blended[:, :3, :3], points) + blended[:, :3, 3]

@@ -1,4 +1,5 @@
-"""Hostile variants of good files, drawn by hypothesis, and what every reader owes for them: a value, or one sentence."""
+"""Hostile variants of good files, drawn by hypothesis, and what every reader owes for them: a
+value, or one sentence."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from a2v.errors import A2VError
 SECONDS = 10.0
 MEGABYTES = 1000.0
 HANG = 60
-"""Seconds by the clock after which a reader that has computed for less than `IDLE` meanwhile is stopped: it waits for something that never comes."""
+"""Seconds by the clock after which a reader that has computed for less than `IDLE` meanwhile is
+stopped: it waits for something that never comes."""
 IDLE = 1.0
 
 
@@ -31,8 +33,9 @@ class Hang(BaseException):
 
 @dataclass
 class Tally:
-    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper bound of the memory that one of them took;
-    files that were written and looked into, and people and videos that were deleted and looked for."""
+    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper
+    bound of the memory that one of them took; files that were written and looked into, and people
+    and videos that were deleted and looked for."""
 
     cases: int = 0
     refused: int = 0
@@ -44,7 +47,10 @@ class Tally:
     def add(self, other: Tally) -> None:
         """Count another one's cases too."""
         self.cases, self.refused = self.cases + other.cases, self.refused + other.refused
-        self.slowest, self.megabytes = max(self.slowest, other.slowest), max(self.megabytes, other.megabytes)
+        self.slowest, self.megabytes = (
+            max(self.slowest, other.slowest),
+            max(self.megabytes, other.megabytes),
+        )
         self.files, self.deleted = self.files + other.files, self.deleted + other.deleted
 
 
@@ -58,27 +64,78 @@ TALLIES: dict[str, Tally] = {}
 
 NUMBERS = st.one_of(
     st.sampled_from(
-        [0, -1, 2**31, 2**63, 2**64, 10**400, -(10**400), 1e-6, 1e-300, 1e308, float("nan"), float("inf"), -float("inf"), True]
+        [
+            0,
+            -1,
+            2**31,
+            2**63,
+            2**64,
+            10**400,
+            -(10**400),
+            1e-6,
+            1e-300,
+            1e308,
+            float("nan"),
+            float("inf"),
+            -float("inf"),
+            True,
+        ]
     ),
     st.integers(-100, 100),
     st.floats(-1e3, 1e3),
 )
-NESTED = "{a: &a0 {x: 1}, " + ", ".join(f"b{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9)) + "}"
-YAML = ["<<: *a", "&a", "*a", "&a [*a, *a]", "{<<: {a: 1}}", NESTED, NESTED.replace("<<: ", "c: "), "1:1:1:1:1", "!!binary a", "? "]
+NESTED = (
+    "{a: &a0 {x: 1}, "
+    + ", ".join(f"b{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9))
+    + "}"
+)
+YAML = [
+    "<<: *a",
+    "&a",
+    "*a",
+    "&a [*a, *a]",
+    "{<<: {a: 1}}",
+    NESTED,
+    NESTED.replace("<<: ", "c: "),
+    "1:1:1:1:1",
+    "!!binary a",
+    "? ",
+]
 """Merge keys, anchors, aliases, tags."""
 TEXTS = st.one_of(
-    st.sampled_from(["", "²", "\x1b[2J", "\ufeff", "a\nb", "a\0b", "ä", "\u202e", "{", "}", "[" * 50, "9" * 5000, "1e999", "\ud800", *YAML]),
+    st.sampled_from(
+        [
+            "",
+            "²",
+            "\x1b[2J",
+            "\ufeff",
+            "a\nb",
+            "a\0b",
+            "ä",
+            "\u202e",
+            "{",
+            "}",
+            "[" * 50,
+            "9" * 5000,
+            "1e999",
+            "\ud800",
+            *YAML,
+        ]
+    ),
     st.text(max_size=8),
 )
 VALUES = st.recursive(
     st.one_of(st.none(), NUMBERS, TEXTS),
-    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=4), inner, max_size=3)),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=4), inner, max_size=3)
+    ),
     max_leaves=6,
 )
 
 
 def owes_a_sentence(read: Callable[[], object]) -> None:
-    """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within a gigabyte."""
+    """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within
+    a gigabyte."""
     begun, said, before = time.process_time(), "a value", _resident()
     last = begun
 
@@ -86,7 +143,9 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
         nonlocal last
         spent, last = time.process_time() - last, time.process_time()
         if spent < IDLE or last - begun > SECONDS:
-            raise Hang(f"{last - begun:.1f} s of processor time, {spent:.1f} of them within the last {HANG} s by the clock")
+            raise Hang(
+                f"{last - begun:.1f} s of processor time, {spent:.1f} of them within the last {HANG} s by the clock"
+            )
 
     old = [(kind, signal.signal(kind, look)) for kind in (signal.SIGALRM, signal.SIGPROF)]
     signal.setitimer(signal.ITIMER_REAL, HANG, HANG)
@@ -192,7 +251,9 @@ def retold(draw: st.DrawFn, text: str) -> str:
         words = lines[index].split(" ")
         if kind < 2:
             words[draw(st.integers(0, len(words) - 1))] = draw(
-                st.one_of(TEXTS, NUMBERS.map(lambda n: str(n) if abs(n) != 10**400 else "1" + "0" * 400))
+                st.one_of(
+                    TEXTS, NUMBERS.map(lambda n: str(n) if abs(n) != 10**400 else "1" + "0" * 400)
+                )
             )
             lines[index] = " ".join(words)
         elif kind == 2:
@@ -204,7 +265,8 @@ def retold(draw: st.DrawFn, text: str) -> str:
 
 @st.composite
 def bundles(draw: st.DrawFn, good: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Named arrays like `good`, of which one to three have another type or shape, other text, or are missing."""
+    """Named arrays like `good`, of which one to three have another type or shape, other text, or
+    are missing."""
     made = dict(good)
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(sorted(good)))
@@ -214,7 +276,15 @@ def bundles(draw: st.DrawFn, good: Mapping[str, np.ndarray]) -> dict[str, np.nda
         if draw(st.integers(0, 2)) == 0:
             made[name] = np.asarray(draw(st.one_of(TEXTS, VALUES.map(repr))).replace("\0", ""))
             continue
-        dtype = draw(st.sampled_from(["f4", "f8", "i4", "i8", "u1", "u8", "?", "U4", "S3", "c8", "M8[s]", "f2"]))
-        shape = good[name].shape if draw(st.booleans()) else draw(arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4))
+        dtype = draw(
+            st.sampled_from(
+                ["f4", "f8", "i4", "i8", "u1", "u8", "?", "U4", "S3", "c8", "M8[s]", "f2"]
+            )
+        )
+        shape = (
+            good[name].shape
+            if draw(st.booleans())
+            else draw(arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4))
+        )
         made[name] = draw(arrays.arrays(dtype, shape))
     return made

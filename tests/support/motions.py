@@ -30,7 +30,9 @@ def person(skeleton=CMU, frames=6, step=0.1, height=0.0):
     rotations = np.zeros((frames, skeleton.n_joints, 3), np.float32)
     root = np.zeros((frames, 3), np.float32)
     root[:, 2] = np.arange(frames) * step
-    joints = forward_kinematics(rotations, root, np.full(skeleton.n_joints, 0.25, np.float32), skeleton).astype(np.float32)
+    joints = forward_kinematics(
+        rotations, root, np.full(skeleton.n_joints, 0.25, np.float32), skeleton
+    ).astype(np.float32)
     joints[..., 1] += height - joints[..., 1].min()
     return Motion(
         joints=joints, rotations=rotations, root=joints[:, 0], fps=10, parents=skeleton.parents, joint_names=skeleton.joint_names,
@@ -63,17 +65,23 @@ def mirrored(clips=20):
     """Clips whose second action is done with the other arm, on the other side."""
     dataset = waving(clips=clips)
     sides = [np.float32([1 - 2 * label, 1, 1]) for label in dataset.labels]
-    return dataclasses.replace(dataset, joints=tuple(joints * side for joints, side in zip(dataset.joints, sides, strict=True)))
+    return dataclasses.replace(
+        dataset,
+        joints=tuple(joints * side for joints, side in zip(dataset.joints, sides, strict=True)),
+    )
 
 
 def random_clip(skeleton: Skeleton, frames: int = 12, *, stretch: float = 0.0) -> Motion:
-    """A clip of any skeleton that turns every joint and wanders; `stretch` makes its bones change length."""
+    """A clip of any skeleton that turns every joint and wanders; `stretch` makes its bones change
+    length."""
     random = np.random.default_rng(3)
     count = skeleton.n_joints
     rotations = np.cumsum(random.normal(0, 0.15, (frames, count, 3)), axis=0)
     rotations[:, 0] = 0
     root = np.cumsum(random.normal(0, 0.03, (frames, 3)), axis=0) + np.array([0, 0.95, 0])
-    lengths = np.tile(random.uniform(0.15, 0.35, count), (frames, 1)) * (1 + stretch * random.normal(0, 1, (frames, count)))
+    lengths = np.tile(random.uniform(0.15, 0.35, count), (frames, 1)) * (
+        1 + stretch * random.normal(0, 1, (frames, count))
+    )
     joints = forward_kinematics(rotations, root, lengths, skeleton)
     return Motion(
         joints=joints.astype(np.float32),

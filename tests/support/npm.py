@@ -12,7 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def npm_folder(name: str, *packages: str) -> Path:
-    """``build/<name>`` with the packages in its ``node_modules``; the test is skipped where they cannot be had."""
+    """``build/<name>`` with the packages in its ``node_modules``; the test is skipped where they
+    cannot be had."""
     folder = ROOT / "build" / name
     done_before = folder / f".{'-'.join(packages).replace('/', '-')}"
     if done_before.exists():
@@ -21,7 +22,16 @@ def npm_folder(name: str, *packages: str) -> Path:
     if npm is None:
         pytest.skip(f"{', '.join(packages)}: npm is not installed")
     folder.mkdir(parents=True, exist_ok=True)
-    command = [npm, "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), *packages]
+    command = [
+        npm,
+        "install",
+        "--no-audit",
+        "--no-fund",
+        "--silent",
+        "--prefix",
+        str(folder),
+        *packages,
+    ]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
     except subprocess.TimeoutExpired:

@@ -1,4 +1,5 @@
-"""Small numeric nodes with the shape of the real graph: singles, a fan-out over frames and over views, joins."""
+"""Small numeric nodes with the shape of the real graph: singles, a fan-out over frames and over
+views, joins."""
 
 from __future__ import annotations
 
@@ -78,14 +79,22 @@ def cell(square: Ref[Numbers], shift: Ref[Numbers], wait: float) -> Ref[Numbers]
 @memo()
 def column(cell: np.ndarray) -> Ref[Numbers]:
     _log("column")
-    return put(Numbers(values=np.array([get(one, Numbers).values.sum() for one in cell]).sum(keepdims=True)))
+    return put(
+        Numbers(
+            values=np.array([get(one, Numbers).values.sum() for one in cell]).sum(keepdims=True)
+        )
+    )
 
 
 @memo()
 def total(column: np.ndarray, cell: np.ndarray) -> Ref[Numbers]:
     _log("total")
     assert cell.shape[1] == len(column)
-    return put(Numbers(values=np.array([get(one, Numbers).values.sum() for one in column]).sum(keepdims=True)))
+    return put(
+        Numbers(
+            values=np.array([get(one, Numbers).values.sum() for one in column]).sum(keepdims=True)
+        )
+    )
 
 
 GRAPH = (

@@ -25,7 +25,14 @@ from pipelines.serve.talk import ORIGINAL
 from tests.support.uploads import picture
 
 ROOT = Path(__file__).resolve().parents[2]
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+    "msedge",
+)
 
 CONTRAST = """() => {
   const parse = text => text.match(/[\\d.]+/g).map(Number);
@@ -68,7 +75,11 @@ def arrived(library: Library, data: bytes, title: str, **facts: Any) -> Photo:
     """A photo in a library as if it had been sent and opened."""
     folder = library.arriving()
     (folder / ORIGINAL).write_bytes(data)
-    return library.add_photo(folder, title, {"width": 160, "height": 200, "digest": ref_of(Blob.of(data)).digest, **facts})
+    return library.add_photo(
+        folder,
+        title,
+        {"width": 160, "height": 200, "digest": ref_of(Blob.of(data)).digest, **facts},
+    )
 
 
 def ready(library: Library) -> Photo:
@@ -79,13 +90,23 @@ def ready(library: Library) -> Photo:
     return photo
 
 
-
 class Server:
     """``a2v serve`` in a process of its own."""
 
     def __init__(self, folder: Path, port: int = 0) -> None:
         self.folder = folder
-        command = [sys.executable, "-m", "pipelines", "serve", "--folder", str(folder), "--port", str(port), "--workers", "2"]
+        command = [
+            sys.executable,
+            "-m",
+            "pipelines",
+            "serve",
+            "--folder",
+            str(folder),
+            "--port",
+            str(port),
+            "--workers",
+            "2",
+        ]
         self.process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().strip()
@@ -110,18 +131,27 @@ class Server:
         *,
         whole: bool = False,
     ) -> tuple[int, dict[str, str], bytes]:
-        """A request below the token (or of a `whole` path): status, headers by lower-case name, body."""
+        """A request below the token (or of a `whole` path): status, headers by lower-case name,
+        body."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         try:
             target = path if whole else f"/{self.token}/{path}"
-            connection.putrequest(method, target, skip_host="host" in {name.lower() for name in headers or {}})
+            connection.putrequest(
+                method, target, skip_host="host" in {name.lower() for name in headers or {}}
+            )
             for name, value in (headers or {}).items():
                 connection.putheader(name, value)
-            if body is not None and "content-length" not in {name.lower() for name in headers or {}}:
+            if body is not None and "content-length" not in {
+                name.lower() for name in headers or {}
+            }:
                 connection.putheader("Content-Length", str(len(body)))
             connection.endheaders(body)
             answer = connection.getresponse()
-            return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+            return (
+                answer.status,
+                {name.lower(): value for name, value in answer.getheaders()},
+                answer.read(),
+            )
         finally:
             connection.close()
 
@@ -137,8 +167,15 @@ class Server:
 
 
 def opened(browser: str, page: Path, out: Path, query: str) -> np.ndarray:
-    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may fail."""
-    flags = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may
+    fail."""
+    flags = [
+        "--headless=new",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--hide-scrollbars",
+    ]
     flags += [
         "--window-size=1000,600",
         "--virtual-time-budget=10000",

@@ -17,7 +17,8 @@ SKIN, HAIR, JACKET, SKIRT = (0.85, 0.62, 0.5), (0.15, 0.1, 0.06), (0.2, 0.3, 0.7
 
 
 def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
-    """A body in its rest pose and a photo of it, with 2 cm of cloth and hair, and a skirt that no limb fills."""
+    """A body in its rest pose and a photo of it, with 2 cm of cloth and hair, and a skirt that no
+    limb fills."""
     body = make_body(load_body_model("anny"))
     vertices = body.vertices - np.array([0, body.vertices[:, 1].min(), 0], np.float32)
     body = dataclasses.replace(body, vertices=vertices)
@@ -25,7 +26,10 @@ def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
     camera = OrthographicCamera(scale=560 / tall, center_u=SIZE[0] / 2, center_v=610.0)
     bare = np.isfinite(depth_map(vertices, body.faces, camera, SIZE))
     y = (camera.center_v - (np.arange(SIZE[1]) + 0.5)) / camera.scale / tall
-    wide = cv2.dilate(bare.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (15, 15))) > 0
+    wide = (
+        cv2.dilate(bare.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (15, 15)))
+        > 0
+    )
     x = np.abs(np.arange(SIZE[0]) + 0.5 - camera.center_u)[None] / camera.scale / tall
     rows = y[:, None]
     torso, crown = (rows > 0.5) & (rows < 0.84), rows > 0.95
@@ -49,7 +53,10 @@ def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
         ("left_ear", 0.075, 0.925),
         ("right_ear", -0.075, 0.925),
     ):
-        points[BLAZEPOSE.index(name)] = (*camera.project(np.array([middle + dx, dy * tall, 0.0])), 0.99)
+        points[BLAZEPOSE.index(name)] = (
+            *camera.project(np.array([middle + dx, dy * tall, 0.0])),
+            0.99,
+        )
     subject = Subject(
         image=(image * 255).astype(np.uint8),
         mask=mask.astype(np.float32),

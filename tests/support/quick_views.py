@@ -1,4 +1,5 @@
-"""Quick views of nobody: ellipses whose places, depths and landmarks agree, for tests that need no data."""
+"""Quick views of nobody: ellipses whose places, depths and landmarks agree, for tests that need no
+data."""
 
 from __future__ import annotations
 
@@ -23,10 +24,18 @@ def invented_view(generator: np.random.Generator) -> QuickView:
     across, height = inside(MAP)
     seen = height > 0
     thick = 0.1 * np.sqrt(np.where(seen, height, np.nan))
-    places = np.where(seen[..., None], np.stack([across[..., 0], -across[..., 1], np.zeros_like(height)], axis=-1), 0)
+    places = np.where(
+        seen[..., None],
+        np.stack([across[..., 0], -across[..., 1], np.zeros_like(height)], axis=-1),
+        0,
+    )
     large, high = inside(PHOTO)
     color = np.clip(127 + 100 * large, 0, 255)
-    image = np.where(high[..., None] > 0, np.concatenate([color, np.full((PHOTO, PHOTO, 1), 90)], axis=-1), generator.integers(0, 255, 3))
+    image = np.where(
+        high[..., None] > 0,
+        np.concatenate([color, np.full((PHOTO, PHOTO, 1), 90)], axis=-1),
+        generator.integers(0, 255, 3),
+    )
     marks = generator.uniform(-0.6, 0.6, (33, 2))
     return QuickView(
         photo=cv2.imencode(".jpg", image.astype(np.uint8)[..., ::-1])[1].ravel(),
@@ -35,7 +44,9 @@ def invented_view(generator: np.random.Generator) -> QuickView:
         places=np.rint(127 * places).astype(np.int8),
         front=(0.2 + thick).astype(np.float16),
         back=(0.2 - thick).astype(np.float16),
-        landmarks=np.concatenate([middle + marks * radii, np.full((33, 1), 0.2)], axis=1).astype(np.float32),
+        landmarks=np.concatenate([middle + marks * radii, np.full((33, 1), 0.2)], axis=1).astype(
+            np.float32
+        ),
         scale=0.5,
         yaw=0.0,
     )
@@ -46,5 +57,7 @@ def write_invented(folder: Path, *, training: int = 1, validation: int = 1) -> P
     for number, (split, count) in enumerate((("training", training), ("validation", validation))):
         for shard in range(count):
             generator = np.random.default_rng([number, shard])
-            QuickShard.of([invented_view(generator) for _ in range(SHARD)]).save(shard_path(folder, split, shard))
+            QuickShard.of([invented_view(generator) for _ in range(SHARD)]).save(
+                shard_path(folder, split, shard)
+            )
     return folder

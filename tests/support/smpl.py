@@ -37,7 +37,9 @@ def smpl_arrays() -> dict[str, np.ndarray]:
             above = int(anny.bone_parents[above])
         weights[:, bones.index(above) if above >= 0 else 0] += anny.weights[:, bone]
     regressor = np.zeros((24, len(rest)))
-    for joint, bone in enumerate(bones):  # weights of four vertices around it that give its place exactly, and near it elsewhere
+    for joint, bone in enumerate(
+        bones
+    ):  # weights of four vertices around it that give its place exactly, and near it elsewhere
         near = np.argsort(((rest - heads[bone]) ** 2).sum(axis=1))[:60]
         system = np.concatenate([rest[near].T, np.ones((1, 60))])
         regressor[joint, near] = np.linalg.lstsq(system, np.append(heads[bone], 1.0), rcond=None)[0]
@@ -53,6 +55,8 @@ def smpl_arrays() -> dict[str, np.ndarray]:
         "posedirs": 1e-4 * random.standard_normal((len(rest), 3, 9 * 23)),
         "J_regressor": regressor,
         "weights": weights,
-        "kintree_table": np.stack([np.array(PARENTS).astype(np.uint32), np.arange(24, dtype=np.uint32)]),
+        "kintree_table": np.stack(
+            [np.array(PARENTS).astype(np.uint32), np.arange(24, dtype=np.uint32)]
+        ),
         "f": anny.faces.astype(np.uint32),
     }

@@ -7,7 +7,9 @@ import numpy as np
 from a2v.types import FloatArray, Subject
 
 
-def blank_subject(side: int = 8, *, face: FloatArray | None = None, hands: FloatArray | None = None) -> Subject:
+def blank_subject(
+    side: int = 8, *, face: FloatArray | None = None, hands: FloatArray | None = None
+) -> Subject:
     """A black photo of `side` pixels that is all person."""
     return Subject(
         image=np.zeros((side, side, 3), np.uint8),

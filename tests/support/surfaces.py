@@ -7,8 +7,16 @@ import numpy as np
 from a2v.types import Body, Reconstruction, Surface
 
 
-def coated(body: Body, *, cell: float, coat: float, above: float = -np.inf, ball: tuple[np.ndarray, float] | None = None) -> Reconstruction:
-    """One closed piece `coat` metres around the body's skin, out of cells of `cell` metres: what is finer is lost. Only what is `above` a height.
+def coated(
+    body: Body,
+    *,
+    cell: float,
+    coat: float,
+    above: float = -np.inf,
+    ball: tuple[np.ndarray, float] | None = None,
+) -> Reconstruction:
+    """One closed piece `coat` metres around the body's skin, out of cells of `cell` metres: what is
+    finer is lost. Only what is `above` a height.
 
     A `ball` (middle, radius) is one with it.
     """
@@ -19,11 +27,15 @@ def coated(body: Body, *, cell: float, coat: float, above: float = -np.inf, ball
 
     skin = body.faces[body.faces.max(axis=1) < 13348]
     mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(body.vertices[:13348].astype(np.float64)), open3d.utility.Vector3iVector(skin)
+        open3d.utility.Vector3dVector(body.vertices[:13348].astype(np.float64)),
+        open3d.utility.Vector3iVector(skin),
     )
     low, high = body.vertices.min(axis=0) - 0.03, body.vertices.max(axis=0) + 0.03
     if ball is not None:
-        low, high = np.minimum(low, ball[0] - ball[1] - 0.03), np.maximum(high, ball[0] + ball[1] + 0.03)
+        low, high = (
+            np.minimum(low, ball[0] - ball[1] - 0.03),
+            np.maximum(high, ball[0] + ball[1] + 0.03),
+        )
     low[1] = max(low[1], above)
     counts = np.ceil((high - low) / cell).astype(int)
     axes = [low[k] + cell * np.arange(counts[k]) for k in range(3)]
@@ -34,12 +46,19 @@ def coated(body: Body, *, cell: float, coat: float, above: float = -np.inf, ball
     if ball is not None:
         distance = np.minimum(distance, np.linalg.norm(grid - ball[0], axis=-1) - ball[1])
     distance[0], distance[-1], distance[:, 0], distance[:, -1] = (
-        np.maximum(edge, 0.004) for edge in (distance[0], distance[-1], distance[:, 0], distance[:, -1])
+        np.maximum(edge, 0.004)
+        for edge in (distance[0], distance[-1], distance[:, 0], distance[:, -1])
     )
     vertices, faces, _, _ = marching_cubes(distance, 0.0, spacing=(cell,) * 3)
     faces = faces.astype(np.int64)
-    vertices, faces = keep_pieces(vertices + low, faces[:, ::-1] if _inside_out(vertices, faces) else faces)
-    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full(vertices.shape, 0.5, np.float32))
+    vertices, faces = keep_pieces(
+        vertices + low, faces[:, ::-1] if _inside_out(vertices, faces) else faces
+    )
+    surface = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=np.full(vertices.shape, 0.5, np.float32),
+    )
     return Reconstruction(surface=surface, backend="test", expected_colors=surface.colors)
 
 

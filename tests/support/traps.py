@@ -5,12 +5,38 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-PACKAGES = ("a2v", "pipelines", "export", "numpy", "scipy", "torch", "mitsuba", "drjit", "anny", "cv2", "mediapipe", "onnxruntime", "numba", "open3d", "distributed",
-            "joblib", "pipefunc", "cloudpickle", "tqdm", "psutil", "yaml", "av", "PIL", "sitecustomize", "usercustomize")  # fmt: skip
+PACKAGES = (
+    "a2v",
+    "pipelines",
+    "export",
+    "numpy",
+    "scipy",
+    "torch",
+    "mitsuba",
+    "drjit",
+    "anny",
+    "cv2",
+    "mediapipe",
+    "onnxruntime",
+    "numba",
+    "open3d",
+    "distributed",
+    "joblib",
+    "pipefunc",
+    "cloudpickle",
+    "tqdm",
+    "psutil",
+    "yaml",
+    "av",
+    "PIL",
+    "sitecustomize",
+    "usercustomize",
+)
 
 
 def set_traps(folder: Path, marks: Path) -> None:
-    """Fill `folder` with modules by the names of the standard library's and of ours; each writes its name to `marks` when it is imported."""
+    """Fill `folder` with modules by the names of the standard library's and of ours; each writes
+    its name to `marks` when it is imported."""
     folder.mkdir(parents=True, exist_ok=True)
     trap = f"open({str(marks)!r}, 'a').write(__name__ + chr(10))\n"
     for name in {*sys.stdlib_module_names, *PACKAGES}:

@@ -26,7 +26,12 @@ def chunk(kind: bytes, data: bytes) -> bytes:
 def bomb(width: int, height: int) -> bytes:
     """A PNG that says it is very large."""
     head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b"")
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + head
+        + chunk(b"IDAT", zlib.compress(bytes(1000)))
+        + chunk(b"IEND", b"")
+    )
 
 
 def zipped(name: str) -> bytes:
@@ -47,8 +52,17 @@ def hostile_uploads() -> list[bytes]:
         b"\x1f\x8b" + bytes(50), b"\x7fELF" + bytes(100), b"ftypheic" * 10, b"\0\0\0\x1cftypavif" + bytes(100), b"push graphic-context\n", b"{}",
         b"\x89PNG\r\n\x1a\n", b"\x80\x04\x95" + bytes(30), b"v 0 0 0\nf 1 1 1\n", b"glTF\2\0\0\0", os.urandom(4096), b"A" * 100_000,
     ]  # fmt: skip
-    sizes = [bomb(1 << 20, 1 << 20), bomb(2**31 - 1, 1), bomb(0, 0), bomb(30000, 30000), picture((10, 10)), picture((2000, 20))]
-    cut = [data[: int(len(data) * share)] for data in (png, jpeg, webp) for share in (0.02, 0.3, 0.7)]
+    sizes = [
+        bomb(1 << 20, 1 << 20),
+        bomb(2**31 - 1, 1),
+        bomb(0, 0),
+        bomb(30000, 30000),
+        picture((10, 10)),
+        picture((2000, 20)),
+    ]
+    cut = [
+        data[: int(len(data) * share)] for data in (png, jpeg, webp) for share in (0.02, 0.3, 0.7)
+    ]
     mixed = []
     for data in (png, webp):
         for _ in range(4):

@@ -1,4 +1,5 @@
-"""What a BVH file leaves open: whether its skeleton is a person's, its unit of length and its upward axis."""
+"""What a BVH file leaves open: whether its skeleton is a person's, its unit of length and its
+upward axis."""
 
 from __future__ import annotations
 
@@ -45,11 +46,15 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     if not missing:
         return
     # a missing limb joint may be there under a known name, merged because its bone has no length
-    every = canonical_joints([node.name for node in file.nodes], [node.parent for node in file.nodes])
+    every = canonical_joints(
+        [node.name for node in file.nodes], [node.parent for node in file.nodes]
+    )
     for name in missing:
         if name in every:
             node = file.nodes[every[name]]
-            raise InputError(f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a bone of zero length")
+            raise InputError(
+                f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a bone of zero length"
+            )
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     raise InputError(
         f"{file.source}:{file.nodes[0].line}: unknown joints: no {', '.join(name.replace('_', ' ') for name in missing[:4])}"
@@ -57,7 +62,9 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     )
 
 
-def demand_limbs(file: BvhFile, local: FloatArray, keep: Sequence[int], canonical: dict[str, int]) -> None:
+def demand_limbs(
+    file: BvhFile, local: FloatArray, keep: Sequence[int], canonical: dict[str, int]
+) -> None:
     """Refuse arms and legs without a length, and bones out of all proportion.
 
     Parameters
@@ -76,20 +83,33 @@ def demand_limbs(file: BvhFile, local: FloatArray, keep: Sequence[int], canonica
         It names the file, the line and the joint.
     """
     length = np.linalg.norm(np.median(local[:, keep], axis=0), axis=-1)
-    limbs = [canonical[f"{side}_{joint}"] for side in ("left", "right") for joint in ("knee", "ankle", "elbow", "wrist")]
+    limbs = [
+        canonical[f"{side}_{joint}"]
+        for side in ("left", "right")
+        for joint in ("knee", "ankle", "elbow", "wrist")
+    ]
     middle = float(np.median(length[limbs]))
     for index in limbs:
         if length[index] < 0.02 * middle:
             node = file.nodes[keep[index]]
-            raise InputError(f"{file.source}:{node.line}: joint '{node.name}' has a bone of (nearly) zero length")
+            raise InputError(
+                f"{file.source}:{node.line}: joint '{node.name}' has a bone of (nearly) zero length"
+            )
     for index, joint in enumerate(keep):
         if index and length[index] > 20 * middle:
             node = file.nodes[joint]
-            raise InputError(f"{file.source}:{node.line}: the bone of '{node.name}' is {length[index] / middle:.0f} times a limb's length")
+            raise InputError(
+                f"{file.source}:{node.line}: the bone of '{node.name}' is {length[index] / middle:.0f} times a limb's length"
+            )
 
 
 def choose_scale(
-    source: str, offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], units: str | float | None, person: bool
+    source: str,
+    offsets: FloatArray,
+    parents: Sequence[int],
+    canonical: dict[str, int],
+    units: str | float | None,
+    person: bool,
 ) -> tuple[float, str]:
     """Metres a unit of the file, and the unit's name.
 
@@ -124,12 +144,21 @@ def choose_scale(
     if height <= 0:
         raise InputError(f"{source}: the skeleton has no size; its bones have zero length")
     if not person:
-        likely = {name: abs(math.log(height * metres / TYPICAL_HEIGHT)) for name, metres in UNITS.items()}
+        likely = {
+            name: abs(math.log(height * metres / TYPICAL_HEIGHT)) for name, metres in UNITS.items()
+        }
         best = min(likely, key=likely.__getitem__)
         return UNITS[best], best
-    likely = {name: abs(math.log(height * metres / 1.65)) for name, metres in UNITS.items() if 0.9 <= height * metres <= 2.4}
+    likely = {
+        name: abs(math.log(height * metres / 1.65))
+        for name, metres in UNITS.items()
+        if 0.9 <= height * metres <= 2.4
+    }
     if not likely:
-        return TYPICAL_HEIGHT / height, f"unknown: a height of {height:.4g} scaled to {TYPICAL_HEIGHT:g} m"
+        return (
+            TYPICAL_HEIGHT / height,
+            f"unknown: a height of {height:.4g} scaled to {TYPICAL_HEIGHT:g} m",
+        )
     best = min(likely, key=likely.__getitem__)
     return UNITS[best], best
 
@@ -145,13 +174,20 @@ def _height(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, in
             joint = int(parents[joint])
         return total
 
-    legs = [reach(canonical[f"{s}_ankle"], canonical[f"{s}_hip"]) for s in ("left", "right") if {f"{s}_ankle", f"{s}_hip"} <= set(canonical)]
+    legs = [
+        reach(canonical[f"{s}_ankle"], canonical[f"{s}_hip"])
+        for s in ("left", "right")
+        if {f"{s}_ankle", f"{s}_hip"} <= set(canonical)
+    ]
     top = canonical.get("head", canonical.get("neck", canonical.get("left_shoulder", 0)))
     return (float(np.mean(legs)) + reach(top, 0)) * 1.17 if legs else float(length.sum())
 
 
-def guess_up_axis(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], joints: FloatArray) -> str:
-    """The axis that points up, "x" to "-z": the one of the rest pose, unless the file's motion stands along another one.
+def guess_up_axis(
+    offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], joints: FloatArray
+) -> str:
+    """The axis that points up, "x" to "-z": the one of the rest pose, unless the file's motion
+    stands along another one.
 
     Parameters
     ----------
@@ -175,7 +211,8 @@ def guess_up_axis(offsets: FloatArray, parents: Sequence[int], canonical: dict[s
     size = float(np.linalg.norm(standing)) or 1.0
     in_rest, in_motion = int(np.argmax(np.abs(standing))), int(np.argmax(np.abs(moving)))
     upright = abs(moving[in_motion]) > 0.75 * size
-    # someone who lies down also points along another axis, but then the pelvis is not a leg's length above zero along it
+    # someone who lies down also points along another axis, but then the pelvis is not a leg's
+    # length above zero along it
     legs = float(np.linalg.norm(rest[feet].mean(0)))
     high = float(np.median(joints[:, 0, in_motion])) * np.sign(moving[in_motion])
     if in_rest != in_motion and upright and 0.6 * legs < high < 1.5 * legs:
@@ -190,7 +227,8 @@ def guess_up_axis(offsets: FloatArray, parents: Sequence[int], canonical: dict[s
 
 
 def y_up_rotmat(axis: str) -> FloatArray:
-    """Rotation (3, 3) float64 that takes `axis` to +y; z up turns about x, so that -y becomes +z (front in z-up systems).
+    """Rotation (3, 3) float64 that takes `axis` to +y; z up turns about x, so that -y becomes +z
+    (front in z-up systems).
 
     Raises
     ------

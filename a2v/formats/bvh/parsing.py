@@ -1,4 +1,5 @@
-"""The text of a BVH file as a tree of joints and a table of numbers, every fault named with its line."""
+"""The text of a BVH file as a tree of joints and a table of numbers, every fault named with its
+line."""
 
 from __future__ import annotations
 
@@ -83,7 +84,8 @@ def parse_bvh(text: str, source: str) -> BvhFile:
     Raises
     ------
     InputError
-        The text is empty, truncated, inconsistent, not finite or of absurd size; the message names the line.
+        The text is empty, truncated, inconsistent, not finite or of absurd size; the message names
+        the line.
     """
 
     def fail(line: int, what: str) -> InputError:
@@ -111,7 +113,12 @@ class _Hierarchy:
 
     def read(self, lines: Sequence[str]) -> int:
         """Read up to the line MOTION; the number of that line, from 1."""
-        keywords = {"{": self._enter, "}": self._leave, "OFFSET": self._offset, "CHANNELS": self._channels}
+        keywords = {
+            "{": self._enter,
+            "}": self._leave,
+            "OFFSET": self._offset,
+            "CHANNELS": self._channels,
+        }
         begun, number = False, 0
         for number, raw in enumerate(lines, start=1):
             words = raw.split()
@@ -120,18 +127,25 @@ class _Hierarchy:
             key = words[0].upper()
             if not begun:
                 if key.lstrip("\ufeff") != "HIERARCHY":
-                    raise self.fail(number, f"expected HIERARCHY, found '{raw.strip()[:40]}'; is this a BVH file?")
+                    raise self.fail(
+                        number,
+                        f"expected HIERARCHY, found '{raw.strip()[:40]}'; is this a BVH file?",
+                    )
                 begun = True
             elif key == "MOTION":
                 break
-            elif key in ("ROOT", "JOINT") or (key == "END" and len(words) > 1 and words[1].upper() == "SITE"):
+            elif key in ("ROOT", "JOINT") or (
+                key == "END" and len(words) > 1 and words[1].upper() == "SITE"
+            ):
                 self._joint(number, words)
             elif key in keywords:
                 keywords[key](number, words)
             else:
                 raise self.fail(number, f"unexpected '{raw.strip()[:40]}' in the hierarchy")
         else:
-            raise self.fail(number, "the file ends inside the hierarchy: no MOTION section; it is truncated")
+            raise self.fail(
+                number, "the file ends inside the hierarchy: no MOTION section; it is truncated"
+            )
         self._demand_whole(number)
         return number
 
@@ -147,9 +161,14 @@ class _Hierarchy:
     def _joint(self, number: int, words: list[str]) -> None:
         key = words[0].upper()
         if self._pending is not None:
-            raise self.fail(number, f"expected '{{' after joint '{self.nodes[self._pending].name}', found '{words[0]}'")
+            raise self.fail(
+                number,
+                f"expected '{{' after joint '{self.nodes[self._pending].name}', found '{words[0]}'",
+            )
         if key == "ROOT" and self.nodes:
-            raise self.fail(number, "a second ROOT; files with several people are not read: split it")
+            raise self.fail(
+                number, "a second ROOT; files with several people are not read: split it"
+            )
         if key != "ROOT" and not self._open:
             raise self.fail(number, f"{words[0]} outside of any joint")
         parent = self._open[-1] if self._open else -1
@@ -189,10 +208,19 @@ class _Hierarchy:
         if not self._open:
             raise self.fail(number, "CHANNELS outside of any joint")
         names = [word[:1].upper() + word[1:].lower() for word in words[2:]]
-        if len(words) < 2 or not (words[1].isdecimal() and len(words[1]) < 5 and int(words[1]) == len(names)):
-            raise self.fail(number, f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'} but lists {len(names)} channels")
-        if unknown := [name for name in names if name not in ROTATION_AXES and name not in POSITION_AXES]:
-            raise self.fail(number, f"unknown channel '{unknown[0]}'; expected Xposition ... Zrotation")
+        if len(words) < 2 or not (
+            words[1].isdecimal() and len(words[1]) < 5 and int(words[1]) == len(names)
+        ):
+            raise self.fail(
+                number,
+                f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'} but lists {len(names)} channels",
+            )
+        if unknown := [
+            name for name in names if name not in ROTATION_AXES and name not in POSITION_AXES
+        ]:
+            raise self.fail(
+                number, f"unknown channel '{unknown[0]}'; expected Xposition ... Zrotation"
+            )
         if len(set(names)) < len(names):
             raise self.fail(number, "a channel is listed twice")
         node = self.nodes[self._open[-1]]
@@ -203,8 +231,14 @@ class _Hierarchy:
 
 
 def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[FloatArray, bool]:
-    """The table without its first frame where that is the rest pose, and whether it was: CMU's conversions start with a T-pose."""
-    columns = [node.first + place for node in nodes for place, name in enumerate(node.channels or ()) if name in ROTATION_AXES]
+    """The table without its first frame where that is the rest pose, and whether it was: CMU's
+    conversions start with a T-pose."""
+    columns = [
+        node.first + place
+        for node in nodes
+        for place, name in enumerate(node.channels or ())
+        if name in ROTATION_AXES
+    ]
     if len(values) > 2 and columns:  # nearly all zeros, and a leap to the next frame
         steps = np.abs((np.diff(values[:3, columns], axis=0) + 180) % 360 - 180).max(axis=1)
         if (values[0, columns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
@@ -212,8 +246,11 @@ def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[Floa
     return values, False
 
 
-def _parse_motion(lines: list[str], row: int, count: int, joints: int, fail: _Fail) -> tuple[float, FloatArray]:
-    """Seconds a frame and the table (T, count) for a number of `joints` that follow the line MOTION, which is line `row`."""
+def _parse_motion(
+    lines: list[str], row: int, count: int, joints: int, fail: _Fail
+) -> tuple[float, FloatArray]:
+    """Seconds a frame and the table (T, count) for a number of `joints` that follow the line
+    MOTION, which is line `row`."""
     head: dict[str, float] = {}
     while row < len(lines) and len(head) < 2:
         raw = lines[row].strip()
@@ -235,9 +272,15 @@ def _parse_motion(lines: list[str], row: int, count: int, joints: int, fail: _Fa
     if not (math.isfinite(frame_time) and 1e-4 <= frame_time <= 10):
         raise fail(row, f"Frame Time is {frame_time:g} s; expected 0.0001 to 10")
     if frames * count > MAX_NUMBERS:
-        raise fail(row, f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or subsample the file")
+        raise fail(
+            row,
+            f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or subsample the file",
+        )
     if frames * joints > MAX_JOINT_FRAMES:
-        raise fail(row, f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: cut or subsample the file")
+        raise fail(
+            row,
+            f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: cut or subsample the file",
+        )
     numbers = [i for i in range(row, len(lines)) if lines[i].strip()]
     rows: list[FloatArray] = []
     for i in numbers:
@@ -249,18 +292,30 @@ def _parse_motion(lines: list[str], row: int, count: int, joints: int, fail: _Fa
             raise fail(i + 1, f"'{bad[:20]}' is no number") from None
         if len(values) != count:
             last = i == numbers[-1] and len(values) < count
-            raise fail(i + 1, f"{len(values)} numbers for {count} channels" + ("; the file is truncated" if last else ""))
+            raise fail(
+                i + 1,
+                f"{len(values)} numbers for {count} channels"
+                + ("; the file is truncated" if last else ""),
+            )
         if not np.isfinite(values).all():
-            raise fail(i + 1, f"NaN or infinite number in channel {int(np.argmin(np.isfinite(values))) + 1}")
+            raise fail(
+                i + 1,
+                f"NaN or infinite number in channel {int(np.argmin(np.isfinite(values))) + 1}",
+            )
         if np.abs(values).max() > MAX_VALUE:
             raise fail(i + 1, f"a value of {np.abs(values).max():.3g} is absurd for a motion")
         rows.append(values)
     if not rows:
-        raise fail(len(lines), f"no frames after the header that announces {frames:g}; the file is truncated")
+        raise fail(
+            len(lines),
+            f"no frames after the header that announces {frames:g}; the file is truncated",
+        )
     if len(rows) != frames:
         more = "more" if len(rows) > frames else "fewer"
         raise fail(
-            numbers[-1] + 1, f"{len(rows)} frames, {more} than the {frames:g} announced" + ("; it is truncated" if more == "fewer" else "")
+            numbers[-1] + 1,
+            f"{len(rows)} frames, {more} than the {frames:g} announced"
+            + ("; it is truncated" if more == "fewer" else ""),
         )
     return frame_time, np.stack(rows)
 

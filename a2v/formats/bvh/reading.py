@@ -11,7 +11,13 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.bvh.conventions import choose_scale, demand_limbs, demand_person, guess_up_axis, y_up_rotmat
+from a2v.formats.bvh.conventions import (
+    choose_scale,
+    demand_limbs,
+    demand_person,
+    guess_up_axis,
+    y_up_rotmat,
+)
 from a2v.formats.bvh.parsing import POSITION_AXES, ROTATION_AXES, BvhFile, parse_bvh
 from a2v.io import read_bytes, reading
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
@@ -36,9 +42,10 @@ def read_bvh(
 ) -> Motion:
     """Read a BVH file.
 
-    Any order of channels and rotations, position channels on any joint (they replace its OFFSET, as Blender and
-    MotionBuilder do) and End Sites (they become joints ``<parent>_end``) are understood. Joints on top of their parent
-    (zero offset, such as CMU's ``LHipJoint``) are merged into it.
+    Any order of channels and rotations, position channels on any joint (they replace its OFFSET, as
+    Blender and MotionBuilder do) and End Sites (they become joints ``<parent>_end``) are
+    understood. Joints on top of their parent (zero offset, such as CMU's ``LHipJoint``) are merged
+    into it.
 
     Parameters
     ----------
@@ -46,11 +53,13 @@ def read_bvh(
     fps : float or None
         Resample to this rate (`resample_motion`); None keeps the file's.
     units : name in `UNITS`, metres per unit, or None
-        None guesses from the person's height; what was chosen is in ``motion.provenance["units"]`` and ``["scale"]``.
+        None guesses from the person's height; what was chosen is in ``motion.provenance["units"]``
+        and ``["scale"]``.
     up : {"x", "y", "z", "-x", "-y", "-z"} or None
         The file's upward axis; None guesses (see ``provenance["up"]``).
     person : bool
-        Demand the joints of a person under a known naming scheme (`canonical_joints`); False takes any skeleton.
+        Demand the joints of a person under a known naming scheme (`canonical_joints`); False takes
+        any skeleton.
     action : str
         Stored in the motion.
     name : str
@@ -59,13 +68,14 @@ def read_bvh(
     Returns
     -------
     Motion
-        Metres, y up. Rotations are in the chain convention and keep the file's twists about the bones.
+        Metres, y up. Rotations are in the chain convention and keep the file's twists about the
+        bones.
 
     Raises
     ------
     InputError
-        The file is missing, empty, truncated, inconsistent, not finite, of absurd size or not a person; the message names the
-        file and the line.
+        The file is missing, empty, truncated, inconsistent, not finite, of absurd size or not a
+        person; the message names the file and the line.
     """
     text, source = _read_text(path, name)
     with reading(source, "BVH file that can be read"):
@@ -77,7 +87,13 @@ def read_bvh(
         demand_limbs(file, local, tree.keep, tree.canonical)
     scale, unit = choose_scale(source, tree.offsets, tree.parents, tree.canonical, units, person)
     axis = up or guess_up_axis(tree.offsets, tree.parents, tree.canonical, world[:, tree.keep])
-    facts = {"source": source, "units": unit, "scale": scale, "up": axis, "dropped_rest_frame": file.dropped}
+    facts = {
+        "source": source,
+        "units": unit,
+        "scale": scale,
+        "up": axis,
+        "dropped_rest_frame": file.dropped,
+    }
     to_y_up = y_up_rotmat(axis)
     posed = _Posed(local=local, world=(world * scale) @ to_y_up.T, rotmats=to_y_up @ rotmats)
     tree = dataclasses.replace(tree, offsets=np.round((tree.offsets * scale) @ to_y_up.T, 7))
@@ -87,8 +103,9 @@ def read_bvh(
 
 @dataclass(frozen=True, kw_only=True)
 class _Tree:
-    """The joints that stand apart from their parent: their nodes `keep`, `names`, `parents` among themselves, `canonical` joints,
-    the `bearers` (nodes whose rotation the bones that end at them follow) and bones at rest `offsets` (J, 3), the file's units."""
+    """The joints that stand apart from their parent: their nodes `keep`, `names`, `parents` among
+    themselves, `canonical` joints, the `bearers` (nodes whose rotation the bones that end at them
+    follow) and bones at rest `offsets` (J, 3), the file's units."""
 
     keep: list[int]
     names: list[str]
@@ -112,25 +129,34 @@ class _Tree:
 
 @dataclass(frozen=True, kw_only=True)
 class _Posed:
-    """The file's N nodes over time: `local` (T, N, 3) places beside the parent in the file's axes and units, `world` (T, N, 3) places in
-    metres and `rotmats` (T, N, 3, 3) rotations, both y up."""
+    """The file's N nodes over time: `local` (T, N, 3) places beside the parent in the file's axes
+    and units, `world` (T, N, 3) places in metres and `rotmats` (T, N, 3, 3) rotations, both y
+    up."""
 
     local: FloatArray
     world: FloatArray
     rotmats: FloatArray
 
 
-def _motion(tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]) -> Motion:
-    """The motion of a tree with `offsets` in metres and y up, its joints in the order of the data set's skeleton where it is one."""
+def _motion(
+    tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]
+) -> Motion:
+    """The motion of a tree with `offsets` in metres and y up, its joints in the order of the data
+    set's skeleton where it is one."""
     known = _known_skeleton(tree.names, tree.parents)
     if known is not None:  # BVH lists joints depth first
-        tree = tree.ordered([tree.names.index(name) for name in known.joint_names], known.parents.tolist())
+        tree = tree.ordered(
+            [tree.names.index(name) for name in known.joint_names], known.parents.tolist()
+        )
     skeleton = known or skeleton_of("custom", tree.parents, tree.names)
     joints = posed.world[:, tree.keep]
     bones = np.stack([posed.rotmats[:, bearer] for bearer in tree.bearers], 1)
     to_offset = np.tile(np.eye(3), (len(joints), len(tree.keep), 1, 1))
     to_offset[:, 1:] = rotvec_to_rotmat(
-        swing_between(np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape), posed.local[:, tree.keep[1:]])
+        swing_between(
+            np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape),
+            posed.local[:, tree.keep[1:]],
+        )
     )
     return Motion(
         joints=joints.astype(np.float32),
@@ -155,7 +181,8 @@ def _read_text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, st
 
 
 def _decode(data: bytes) -> str:
-    """The text of a file: UTF-8, with or without a byte-order mark, else Latin-1, which takes every byte."""
+    """The text of a file: UTF-8, with or without a byte-order mark, else Latin-1, which takes every
+    byte."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -163,7 +190,8 @@ def _decode(data: bytes) -> str:
 
 
 def _transforms(file: BvhFile) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions of every joint in its parent (T, N, 3), in the world (T, N, 3), and world rotations (T, N, 3, 3); the file's units and axes."""
+    """Positions of every joint in its parent (T, N, 3), in the world (T, N, 3), and world rotations
+    (T, N, 3, 3); the file's units and axes."""
     local, turned = _local_transforms(file)
     world, rotmats = np.zeros_like(local), np.zeros_like(turned)
     for j, node in enumerate(file.nodes):
@@ -195,7 +223,8 @@ def _local_transforms(file: BvhFile) -> tuple[FloatArray, FloatArray]:
 
 
 def _merge(file: BvhFile, local: FloatArray) -> _Tree:
-    """The file's joints without those on top of their parent; `local` (T, N, 3) are positions in the parents."""
+    """The file's joints without those on top of their parent; `local` (T, N, 3) are positions in
+    the parents."""
     length = np.abs(local).max(axis=(0, 2))
     tolerance = 1e-6 * max(float(length[1:].max()) if len(length) > 1 else 0.0, 1e-12)
     keep, merged = [0], {0: 0}  # and for each joint the kept one that stands at its place
@@ -206,7 +235,9 @@ def _merge(file: BvhFile, local: FloatArray) -> _Tree:
         else:
             merged[j] = merged[node.parent]
     if len(keep) < 2:
-        raise InputError(f"{file.source}:{file.nodes[0].line}: every bone has zero length; there is no skeleton to move")
+        raise InputError(
+            f"{file.source}:{file.nodes[0].line}: every bone has zero length; there is no skeleton to move"
+        )
     new = {old: i for i, old in enumerate(keep)}
     names = _unique([file.nodes[j].name for j in keep])
     parents = [-1 if file.nodes[j].parent < 0 else new[merged[file.nodes[j].parent]] for j in keep]
@@ -214,7 +245,14 @@ def _merge(file: BvhFile, local: FloatArray) -> _Tree:
     bearers = [max(file.nodes[j].parent, 0) for j in keep]
     offsets = np.median(local[:, keep], axis=0)
     offsets[0] = 0
-    return _Tree(keep=keep, names=names, parents=parents, canonical=canonical_joints(names, parents), bearers=bearers, offsets=offsets)
+    return _Tree(
+        keep=keep,
+        names=names,
+        parents=parents,
+        canonical=canonical_joints(names, parents),
+        bearers=bearers,
+        offsets=offsets,
+    )
 
 
 def _unique(names: list[str]) -> list[str]:
@@ -228,10 +266,15 @@ def _unique(names: list[str]) -> list[str]:
 
 def _known_skeleton(names: list[str], parents: list[int]) -> Skeleton | None:
     """The data set's skeleton with these joints and bones, in whatever order."""
-    tree = {name: names[parent] if parent >= 0 else "" for name, parent in zip(names, parents, strict=True)}
+    tree = {
+        name: names[parent] if parent >= 0 else ""
+        for name, parent in zip(names, parents, strict=True)
+    }
     for skeleton in SKELETONS.values():
         pairs = zip(skeleton.joint_names, skeleton.parents.tolist(), strict=True)
-        if tree == {name: skeleton.joint_names[parent] if parent >= 0 else "" for name, parent in pairs}:
+        if tree == {
+            name: skeleton.joint_names[parent] if parent >= 0 else "" for name, parent in pairs
+        }:
             return skeleton
     return None
 

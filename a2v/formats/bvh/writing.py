@@ -22,13 +22,16 @@ _STEADY = 2e-5
 """Metres: a bone that leaves its place by no more has no position channels."""
 
 
-def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimetres") -> None:
+def write_bvh(
+    path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimetres"
+) -> None:
     """Write one clip as BVH (rotation order Z, X, Y; position channels on the root).
 
-    BVH rotates all bones below a joint together, while the chain convention gives every bone its own rotation: where the
-    children of a joint move against each other, each gets a helper joint of zero offset (``<child>_turn``), which
-    `read_bvh` merges away again. Joints whose bone changes length get position channels. So every joint position
-    survives to 1e-4 m, and so do the twists about bones.
+    BVH rotates all bones below a joint together, while the chain convention gives every bone its
+    own rotation: where the children of a joint move against each other, each gets a helper joint of
+    zero offset (``<child>_turn``), which `read_bvh` merges away again. Joints whose bone changes
+    length get position channels. So every joint position survives to 1e-4 m, and so do the twists
+    about bones.
 
     Parameters
     ----------
@@ -44,17 +47,25 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
         `motion` is a batch, or the path cannot be written.
     """
     if motion.batch:
-        raise InputError(f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it first")
+        raise InputError(
+            f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+        )
     _write(path, _plan(motion), motion.frames, fps=motion.fps, units=units)
 
 
 def write_rig_bvh(
-    path: str | os.PathLike[str], body: Body, transforms: FloatArray, fps: float, *, units: str | float = "centimetres"
+    path: str | os.PathLike[str],
+    body: Body,
+    transforms: FloatArray,
+    fps: float,
+    *,
+    units: str | float = "centimetres",
 ) -> None:
-    """Write the motion of a rig's bones as BVH: one joint a bone, in their order, at rest as `Body.rest_transforms` has them.
+    """Write the motion of a rig's bones as BVH: one joint a bone, in their order, at rest as
+    `Body.rest_transforms` has them.
 
-    Rotations are from the rest pose, in axes that are the world's there (BVH has no axes of bones); bones that leave their place in
-    their parent have position channels beside the topmost.
+    Rotations are from the rest pose, in axes that are the world's there (BVH has no axes of bones);
+    bones that leave their place in their parent have position channels beside the topmost.
 
     Parameters
     ----------
@@ -76,7 +87,9 @@ def write_rig_bvh(
     _write(path, _rig_plan(body, moves), len(moves), fps=rate, units=units)
 
 
-def _write(path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps: float, units: str | float) -> None:
+def _write(
+    path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps: float, units: str | float
+) -> None:
     scale = 1.0 / (UNITS[units] if isinstance(units, str) else units)
     header, columns = ["HIERARCHY"], []
 
@@ -95,20 +108,31 @@ def _write(path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps
         for child in joint.children:
             emit(child, depth + 1)
         if not joint.children:
-            header.extend([f"{pad}\tEnd Site", pad + "\t{", f"{pad}\t\tOFFSET {_numbers(joint.end * scale)}", pad + "\t}"])
+            header.extend(
+                [
+                    f"{pad}\tEnd Site",
+                    pad + "\t{",
+                    f"{pad}\t\tOFFSET {_numbers(joint.end * scale)}",
+                    pad + "\t}",
+                ]
+            )
         header.append(pad + "}")
 
     emit(0, 0)
     rates = ["MOTION", f"Frames: {frames}", f"Frame Time: {1.0 / fps:.10f}"]
     table = np.concatenate(columns, axis=1)
-    with atomic_path(path) as temporary, open(temporary, "w", encoding="utf-8", newline="\n") as stream:
+    with (
+        atomic_path(path) as temporary,
+        open(temporary, "w", encoding="utf-8", newline="\n") as stream,
+    ):
         stream.write("\n".join([*header, *rates]) + "\n")
         np.savetxt(stream, table, fmt="%.6f")
 
 
 @dataclass
 class _Joint:
-    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T, 3) or None, and where it ends (3,)."""
+    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T,
+    3) or None, and where it ends (3,)."""
 
     name: str
     offset: FloatArray
@@ -122,7 +146,11 @@ def _rig_plan(body: Body, transforms: FloatArray) -> list[_Joint]:
     """The joints of a rig under transforms (T, B, 4, 4)."""
     rest, parents = body.rest_transforms.astype(np.float64), body.bone_parents.tolist()
     turned = transforms[..., :3, :3] @ np.swapaxes(rest[:, :3, :3], 1, 2)
-    own = np.einsum("bca,bc->ba", body.bone_transforms[:, :3, :3], body.bone_tails - body.bone_transforms[:, :3, 3])
+    own = np.einsum(
+        "bca,bc->ba",
+        body.bone_transforms[:, :3, :3],
+        body.bone_tails - body.bone_transforms[:, :3, 3],
+    )
     ends = np.einsum("bac,bc->ba", rest[:, :3, :3], own.astype(np.float64))
     plan: list[_Joint] = []
     for bone, parent in enumerate(parents):
@@ -130,10 +158,15 @@ def _rig_plan(body: Body, transforms: FloatArray) -> list[_Joint]:
         if parent >= 0:
             back = np.swapaxes(turned[:, parent], 1, 2)
             offset = offset - rest[parent, :3, 3]
-            place, rotmats = np.einsum("tac,tc->ta", back, place - transforms[:, parent, :3, 3]), back @ rotmats
+            place, rotmats = (
+                np.einsum("tac,tc->ta", back, place - transforms[:, parent, :3, 3]),
+                back @ rotmats,
+            )
             plan[parent].children.append(bone)
         moves = parent < 0 or float(np.abs(place - offset).max()) > _STEADY
-        plan.append(_Joint(body.bone_names[bone], offset, rotmats, place if moves else None, end=ends[bone]))
+        plan.append(
+            _Joint(body.bone_names[bone], offset, rotmats, place if moves else None, end=ends[bone])
+        )
     return plan
 
 
@@ -151,7 +184,9 @@ def _plan(motion: Motion) -> list[_Joint]:
     plan: list[_Joint] = []
     world: list[FloatArray] = []
 
-    def add(name: str, offset: FloatArray, rotmat: FloatArray, parent: int, positions: FloatArray | None) -> int:
+    def add(
+        name: str, offset: FloatArray, rotmat: FloatArray, parent: int, positions: FloatArray | None
+    ) -> int:
         local = rotmat if parent < 0 else np.swapaxes(world[parent], -1, -2) @ rotmat
         plan.append(_Joint(name, offset, local, positions))
         world.append(rotmat)
@@ -165,40 +200,66 @@ def _plan(motion: Motion) -> list[_Joint]:
             rotmat = rotmats[:, joint]
         else:
             spread = max(float(np.abs(rotmats[:, c] - rotmats[:, below[0]]).max()) for c in below)
-            rotmat = rotmats[:, below[0]] if spread < _SAME else _fit_rotmats(directions[below] * middle[below, None], vectors[:, below])
+            rotmat = (
+                rotmats[:, below[0]]
+                if spread < _SAME
+                else _fit_rotmats(directions[below] * middle[below, None], vectors[:, below])
+            )
         varies = joint > 0 and float(np.ptp(lengths[:, joint])) > 2e-5
-        positions = joints[:, 0] if joint == 0 else directions[joint] * lengths[:, joint, None] if varies else None
+        positions = (
+            joints[:, 0]
+            if joint == 0
+            else directions[joint] * lengths[:, joint, None]
+            if varies
+            else None
+        )
         offset = np.zeros(3) if joint == 0 else directions[joint] * middle[joint]
         here = add(motion.joint_names[joint], offset, rotmat, parent, positions)
         for child in below:
             helper = here
             if float(np.abs(rotmats[:, child] - rotmat).max()) >= _SAME:
-                helper = add(f"{motion.joint_names[child]}_turn", np.zeros(3), rotmats[:, child], here, None)
+                helper = add(
+                    f"{motion.joint_names[child]}_turn", np.zeros(3), rotmats[:, child], here, None
+                )
             visit(child, helper)
 
     visit(0, -1)
     return plan
 
 
-def _from_rest(motion: Motion, vectors: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Directions (J, 3) of the bones in the file's rest pose, and rotations (T, J, 3, 3) from there to the bones `vectors` (T, J, 3)."""
+def _from_rest(
+    motion: Motion, vectors: FloatArray, lengths: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Directions (J, 3) of the bones in the file's rest pose, and rotations (T, J, 3, 3) from there
+    to the bones `vectors` (T, J, 3)."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     rotmats = bone_rotmats(motion)
     middle = np.median(lengths, axis=0)
     given = motion.rest_offsets
-    if given is not None and np.allclose(np.linalg.norm(given, axis=-1)[1:], middle[1:], rtol=0.02, atol=1e-4):
+    if given is not None and np.allclose(
+        np.linalg.norm(given, axis=-1)[1:], middle[1:], rtol=0.02, atol=1e-4
+    ):
         directions = given / np.maximum(np.linalg.norm(given, axis=-1, keepdims=True), 1e-12)
-        rotmats[:, 1:] = rotmats[:, 1:] @ rotvec_to_rotmat(swing_between(directions[1:], skeleton.rest_directions[1:]))
+        rotmats[:, 1:] = rotmats[:, 1:] @ rotvec_to_rotmat(
+            swing_between(directions[1:], skeleton.rest_directions[1:])
+        )
     elif motion.skeleton in SKELETONS:
         directions = skeleton.rest_directions
     else:  # the first frame is the rest pose
         directions = vectors[0] / np.maximum(lengths[0][:, None], 1e-12)
         rotmats = rotmats @ np.swapaxes(rotmats[:1], -1, -2)
-    # exactly from the rest direction to the bone's, but only where it matters: correcting rounding would set siblings against each other
+    # exactly from the rest direction to the bone's, but only where it matters: correcting rounding
+    # would set siblings against each other
     unit = vectors / np.maximum(lengths[..., None], 1e-12)
     rotated = np.einsum("tjab,jb->tja", rotmats, directions)[:, 1:]
-    off = np.linalg.norm(rotated * lengths[:, 1:, None] - vectors[:, 1:], axis=-1, keepdims=True) > 2e-6
-    rotmats[:, 1:] = rotvec_to_rotmat(swing_between(rotated, np.where(off, unit[:, 1:], rotated))) @ rotmats[:, 1:]
+    off = (
+        np.linalg.norm(rotated * lengths[:, 1:, None] - vectors[:, 1:], axis=-1, keepdims=True)
+        > 2e-6
+    )
+    rotmats[:, 1:] = (
+        rotvec_to_rotmat(swing_between(rotated, np.where(off, unit[:, 1:], rotated)))
+        @ rotmats[:, 1:]
+    )
     return directions, rotmats
 
 
@@ -215,21 +276,34 @@ def _euler_zxy(rotmats: FloatArray) -> FloatArray:
     """Continuous angles (T, 3) in degrees of rotations (T, 3, 3) = Rz Rx Ry."""
     x = np.arcsin(np.clip(rotmats[:, 2, 1], -1, 1))
     locked = np.abs(rotmats[:, 2, 1]) > 1 - 1e-12
-    z = np.where(locked, np.arctan2(rotmats[:, 1, 0], rotmats[:, 0, 0]), np.arctan2(-rotmats[:, 0, 1], rotmats[:, 1, 1]))
+    z = np.where(
+        locked,
+        np.arctan2(rotmats[:, 1, 0], rotmats[:, 0, 0]),
+        np.arctan2(-rotmats[:, 0, 1], rotmats[:, 1, 1]),
+    )
     y = np.where(locked, 0.0, np.arctan2(-rotmats[:, 2, 0], rotmats[:, 2, 2]))
     angles = np.stack([z, x, y], -1)
-    for t in range(1, len(angles)):  # of the two equal triples take the nearer one, then whole revolutions
+    for t in range(
+        1, len(angles)
+    ):  # of the two equal triples take the nearer one, then whole revolutions
         near = angles[t] + 2 * np.pi * np.round((angles[t - 1] - angles[t]) / (2 * np.pi))
         other = np.array([angles[t, 0] + np.pi, np.pi - angles[t, 1], angles[t, 2] + np.pi])
         other += 2 * np.pi * np.round((angles[t - 1] - other) / (2 * np.pi))
-        angles[t] = near if np.abs(near - angles[t - 1]).sum() <= np.abs(other - angles[t - 1]).sum() else other
+        angles[t] = (
+            near
+            if np.abs(near - angles[t - 1]).sum() <= np.abs(other - angles[t - 1]).sum()
+            else other
+        )
     degrees: FloatArray = np.rad2deg(angles)
     return degrees
 
 
 def _name(text: str) -> str:
     """A joint's name as the format can hold it: one line, no braces, not empty."""
-    return " ".join(re.sub(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", "_", text).split()) or "joint"
+    return (
+        " ".join(re.sub(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", "_", text).split())
+        or "joint"
+    )
 
 
 def _numbers(values: FloatArray) -> str:

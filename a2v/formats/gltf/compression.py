@@ -1,4 +1,5 @@
-"""Smaller GLB files by glTF Transform (npm's ``@gltf-transform/cli``, MIT): meshopt or Draco. Node runs it; nothing is downloaded here."""
+"""Smaller GLB files by glTF Transform (npm's ``@gltf-transform/cli``, MIT): meshopt or Draco. Node
+runs it; nothing is downloaded here."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from a2v.npm import NpmPackages, find_node
 
 PACKAGES = NpmPackages("gltf_transform", ("@gltf-transform/cli@4.2.1",))
 KINDS: tuple[str, ...] = ("meshopt", "draco")
-"""meshopt (EXT_meshopt_compression) makes expressions and clips small too, Draco (KHR_draco_mesh_compression) the shape alone."""
+"""meshopt (EXT_meshopt_compression) makes expressions and clips small too, Draco
+(KHR_draco_mesh_compression) the shape alone."""
 SECONDS = 300
 """A run that takes longer is stopped."""
 _COMMAND = Path("@gltf-transform", "cli", "bin", "cli.js")
@@ -57,16 +59,33 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
     if kind not in KINDS:
         raise InputError(f"unknown compression '{kind}'; choose from {', '.join(KINDS)}")
     node, program = demand_compression()
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("NODE_")}  # no modules from outside
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith("NODE_")
+    }  # no modules from outside
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "made.glb"
         command = [node, str(program), kind, str(Path(path).resolve()), str(made)]
         try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, env=environment, cwd=folder, check=False)
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=SECONDS,
+                env=environment,
+                cwd=folder,
+                check=False,
+            )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise A2VError(f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at {node}") from error
+            raise A2VError(
+                f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at {node}"
+            ) from error
         if done.returncode or not made.exists():
-            told = re.sub(r"\s+", " ", (done.stderr or done.stdout).strip()) or f"exit code {done.returncode}"
-            raise A2VError(f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it anew: {PACKAGES.install_command}")
+            told = (
+                re.sub(r"\s+", " ", (done.stderr or done.stdout).strip())
+                or f"exit code {done.returncode}"
+            )
+            raise A2VError(
+                f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it anew: {PACKAGES.install_command}"
+            )
         with atomic_path(path) as temporary:
             temporary.write_bytes(made.read_bytes())

@@ -18,11 +18,17 @@ ARRAY_BUFFER = 34962
 ELEMENT_BUFFER = 34963
 """glTF's number of a buffer of indices (OpenGL)."""
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
-_COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
+_COMPONENTS = {
+    np.dtype(np.float32): 5126,
+    np.dtype(np.uint32): 5125,
+    np.dtype(np.uint16): 5123,
+    np.dtype(np.uint8): 5121,
+}
 
 
 def smallest_kind(count: int) -> type[np.uint16] | type[np.uint32]:
-    """The type of indices into `count` vertices; glTF keeps the largest number of a type for itself."""
+    """The type of indices into `count` vertices; glTF keeps the largest number of a type for
+    itself."""
     return np.uint16 if count < 65535 else np.uint32
 
 
@@ -52,8 +58,16 @@ class Document:
         self.json["bufferViews"].append(entry)
         return len(self.json["bufferViews"]) - 1
 
-    def accessor(self, array: np.ndarray, *, target: int | None = None, bounds: bool = False, normalized: bool = False) -> int:
-        """Append an array (N, ...) of a component type that glTF knows; the index of its accessor."""
+    def accessor(
+        self,
+        array: np.ndarray,
+        *,
+        target: int | None = None,
+        bounds: bool = False,
+        normalized: bool = False,
+    ) -> int:
+        """Append an array (N, ...) of a component type that glTF knows; the index of its
+        accessor."""
         array = np.ascontiguousarray(array)
         flat = array.reshape(len(array), -1)
         entry: dict[str, Any] = {
@@ -70,7 +84,8 @@ class Document:
         return len(self.json["accessors"]) - 1
 
     def sparse_accessor(self, count: int, indices: IntArray, values: FloatArray) -> int:
-        """Append vectors (count, 3) that are zero but for `values` (n, 3) float32 at ascending `indices` (n,), n >= 1; the accessor's index."""
+        """Append vectors (count, 3) that are zero but for `values` (n, 3) float32 at ascending
+        `indices` (n,), n >= 1; the accessor's index."""
         values = np.ascontiguousarray(values, np.float32)
         whole = np.concatenate([values, np.zeros((int(len(values) < count), 3), np.float32)])
         kind = smallest_kind(count)
@@ -82,7 +97,10 @@ class Document:
             "max": whole.max(axis=0).tolist(),
             "sparse": {
                 "count": len(indices),
-                "indices": {"bufferView": self.view(indices.astype(kind).tobytes()), "componentType": _COMPONENTS[np.dtype(kind)]},
+                "indices": {
+                    "bufferView": self.view(indices.astype(kind).tobytes()),
+                    "componentType": _COMPONENTS[np.dtype(kind)],
+                },
                 "values": {"bufferView": self.view(values.tobytes())},
             },
         }

@@ -1,4 +1,5 @@
-"""Meshes of a glTF document: vertices split along seams, a primitive for each material, skinning weights, expressions."""
+"""Meshes of a glTF document: vertices split along seams, a primitive for each material, skinning
+weights, expressions."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from a2v.types import MATERIALS, BoolArray, ByteArray, Character, FloatArray, In
 
 
 def split_corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
-    """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture coordinates (N, 2), v down."""
+    """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture
+    coordinates (N, 2), v down."""
     faces = surface.faces.astype(np.int64)
     if surface.uv is None:
         return np.arange(len(surface.vertices)), faces, None
@@ -48,15 +50,29 @@ class MeshArrays:
     targets: Mapping[str, Mapping[str, tuple[IntArray, FloatArray]]]
 
     def of_material(self, kind: str, *, with_still: bool) -> MeshArrays:
-        """The part that is of one material, with the expressions that move it, and those that move nothing if `with_still`."""
+        """The part that is of one material, with the expressions that move it, and those that move
+        nothing if `with_still`."""
         used, faces = np.unique(self.faces[kind], return_inverse=True)
         number = np.full(len(self.attributes["POSITION"]), -1)
         number[used] = np.arange(len(used))
-        own = {name: {part: _kept(number, *moved) for part, moved in parts.items()} for name, parts in self.targets.items()}
-        still = {name for name, parts in self.targets.items() if with_still and not any(len(places) for places, _ in parts.values())}
-        targets = {name: parts for name, parts in own.items() if name in still or any(len(places) for places, _ in parts.values())}
+        own = {
+            name: {part: _kept(number, *moved) for part, moved in parts.items()}
+            for name, parts in self.targets.items()
+        }
+        still = {
+            name
+            for name, parts in self.targets.items()
+            if with_still and not any(len(places) for places, _ in parts.values())
+        }
+        targets = {
+            name: parts
+            for name, parts in own.items()
+            if name in still or any(len(places) for places, _ in parts.values())
+        }
         attributes = {name: values[used] for name, values in self.attributes.items()}
-        return MeshArrays(attributes=attributes, faces={kind: faces.reshape(-1, 3)}, targets=targets)
+        return MeshArrays(
+            attributes=attributes, faces={kind: faces.reshape(-1, 3)}, targets=targets
+        )
 
 
 def _kept(number: IntArray, places: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -64,8 +80,11 @@ def _kept(number: IntArray, places: IntArray, values: FloatArray) -> tuple[IntAr
     return number[places[left]], values[left]
 
 
-def add_mesh(document: Document, thing: Character | Surface, name: str, quality: int, *, apart: bool = False) -> list[int]:
-    """Make a mesh with its materials, and skinning weights and expressions for a character; or, `apart`, a mesh for each material.
+def add_mesh(
+    document: Document, thing: Character | Surface, name: str, quality: int, *, apart: bool = False
+) -> list[int]:
+    """Make a mesh with its materials, and skinning weights and expressions for a character; or,
+    `apart`, a mesh for each material.
 
     Returns the indices of the meshes; one but for `apart`.
     """
@@ -74,7 +93,9 @@ def add_mesh(document: Document, thing: Character | Surface, name: str, quality:
     if surface.uv is not None and surface.texture is not None:
         textures["baseColorTexture"] = _add_texture(document, "texture", surface.texture, quality)
         if surface.normal_map is not None:
-            textures["normalTexture"] = _add_texture(document, "normals", surface.normal_map, quality)
+            textures["normalTexture"] = _add_texture(
+                document, "normals", surface.normal_map, quality
+            )
     arrays = mesh_arrays(thing)
     made = []
     parts = [arrays]
@@ -88,11 +109,14 @@ def add_mesh(document: Document, thing: Character | Surface, name: str, quality:
 
 
 def mesh_arrays(thing: Character | Surface) -> MeshArrays:
-    """Vertices split along the seams of the texture, with what glTF keeps of each, faces by material and expressions."""
+    """Vertices split along the seams of the texture, with what glTF keeps of each, faces by
+    material and expressions."""
     surface = thing.surface if isinstance(thing, Character) else thing
     source, faces, coordinates = split_corners(surface)
     corners = surface.vertices.astype(np.float64)[surface.faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     solid = (area > 0) | (np.arange(len(faces)) == 0)
     normals = vertex_normals(surface.vertices.astype(np.float64), surface.faces.astype(np.int64))
     normals[np.linalg.norm(normals, axis=1) < 0.5] = [0, 1, 0]
@@ -109,7 +133,9 @@ def mesh_arrays(thing: Character | Surface) -> MeshArrays:
             attributes["TANGENT"] = tangents
     else:
         linear = linear_colors(surface.colors[source])  # COLOR_0 is linear
-        levels = np.concatenate([np.round(linear * 65535), np.full((len(linear), 1), 65535)], axis=1)
+        levels = np.concatenate(
+            [np.round(linear * 65535), np.full((len(linear), 1), 65535)], axis=1
+        )
         attributes["COLOR_0"] = levels.astype(np.uint16)
     targets: dict[str, dict[str, tuple[IntArray, FloatArray]]] = {}
     if isinstance(thing, Character):
@@ -124,20 +150,36 @@ def mesh_arrays(thing: Character | Surface) -> MeshArrays:
     return MeshArrays(attributes=attributes, faces=by_material, targets=targets)
 
 
-def _add_arrays(document: Document, arrays: MeshArrays, name: str, textures: Mapping[str, Any]) -> int:
+def _add_arrays(
+    document: Document, arrays: MeshArrays, name: str, textures: Mapping[str, Any]
+) -> int:
     """Make a mesh of the arrays: a primitive for each material, all with the same vertices."""
     attributes = {
-        key: document.accessor(values, target=ARRAY_BUFFER, bounds=key == "POSITION", normalized=key == "COLOR_0")
+        key: document.accessor(
+            values, target=ARRAY_BUFFER, bounds=key == "POSITION", normalized=key == "COLOR_0"
+        )
         for key, values in arrays.attributes.items()
     }
     count = len(arrays.attributes["POSITION"])
     mesh: dict[str, Any] = {"name": name, "primitives": []}
     for kind, faces in arrays.faces.items():
-        indices = document.accessor(faces.astype(smallest_kind(count)).reshape(-1), target=ELEMENT_BUFFER)
+        indices = document.accessor(
+            faces.astype(smallest_kind(count)).reshape(-1), target=ELEMENT_BUFFER
+        )
         document.json["materials"].append(_material(kind, textures))
-        mesh["primitives"].append({"attributes": attributes, "indices": indices, "material": len(document.json["materials"]) - 1, "mode": 4})
+        mesh["primitives"].append(
+            {
+                "attributes": attributes,
+                "indices": indices,
+                "material": len(document.json["materials"]) - 1,
+                "mode": 4,
+            }
+        )
     if arrays.targets:
-        targets = [{part: _add_offsets(document, count, *moved) for part, moved in parts.items()} for parts in arrays.targets.values()]
+        targets = [
+            {part: _add_offsets(document, count, *moved) for part, moved in parts.items()}
+            for parts in arrays.targets.values()
+        ]
         for primitive in mesh["primitives"]:
             primitive["targets"] = targets
         mesh["weights"] = [0.0] * len(targets)
@@ -152,45 +194,68 @@ def _add_offsets(document: Document, count: int, places: IntArray, values: Float
     return document.sparse_accessor(count, np.zeros(1, np.int64), np.zeros((1, 3)))
 
 
-_ROUGHNESS: Mapping[str, float] = MappingProxyType({"surface": 0.9, "skin": 0.6, "hair": 0.7, "cloth": 0.9, "eyes": 0.1, "mouth": 0.4})
+_ROUGHNESS: Mapping[str, float] = MappingProxyType(
+    {"surface": 0.9, "skin": 0.6, "hair": 0.7, "cloth": 0.9, "eyes": 0.1, "mouth": 0.4}
+)
 """By name of the material."""
 
 
 def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
     """A material with those of the textures that there are."""
-    rough: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": _ROUGHNESS[name], "baseColorFactor": [1, 1, 1, 1]}
+    rough: dict[str, Any] = {
+        "metallicFactor": 0.0,
+        "roughnessFactor": _ROUGHNESS[name],
+        "baseColorFactor": [1, 1, 1, 1],
+    }
     if "baseColorTexture" in textures:
         rough["baseColorTexture"] = textures["baseColorTexture"]
     material: dict[str, Any] = {"name": name, "pbrMetallicRoughness": rough}
-    return material | ({"normalTexture": textures["normalTexture"]} if "normalTexture" in textures else {})
+    return material | (
+        {"normalTexture": textures["normalTexture"]} if "normalTexture" in textures else {}
+    )
 
 
 def _by_material(surface: Surface, solid: BoolArray) -> list[tuple[str, IntArray]]:
     """Names of materials and the `solid` faces (n,) of each; one where the surface tells none."""
     if surface.materials is None:
         return [("surface", np.flatnonzero(solid))]
-    found = [(name, np.flatnonzero(solid & (surface.materials == number))) for number, name in enumerate(MATERIALS)]
+    found = [
+        (name, np.flatnonzero(solid & (surface.materials == number)))
+        for number, name in enumerate(MATERIALS)
+    ]
     return [(name, chosen) for name, chosen in found if len(chosen)]
 
 
 def _add_texture(document: Document, name: str, image: ByteArray, quality: int) -> dict[str, int]:
     """Embed a picture (H, W, 3); what a material says to use it."""
     data, kind = encode_texture(image, quality)
-    document.json.setdefault("images", []).append({"name": name, "mimeType": kind, "bufferView": document.view(data)})
-    document.json["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
-    document.json.setdefault("textures", []).append({"source": len(document.json["images"]) - 1, "sampler": 0})
+    document.json.setdefault("images", []).append(
+        {"name": name, "mimeType": kind, "bufferView": document.view(data)}
+    )
+    document.json["samplers"] = [
+        {"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}
+    ]
+    document.json.setdefault("textures", []).append(
+        {"source": len(document.json["images"]) - 1, "sampler": 0}
+    )
     return {"index": len(document.json["textures"]) - 1}
 
 
-def _expressions(expressions: ShadedTargets, source: IntArray) -> dict[str, dict[str, tuple[IntArray, FloatArray]]]:
+def _expressions(
+    expressions: ShadedTargets, source: IntArray
+) -> dict[str, dict[str, tuple[IntArray, FloatArray]]]:
     """`MeshArrays.targets` of a mesh whose vertices (N,) are those of the surface in `source`."""
     order = np.argsort(source, kind="stable")
     targets: dict[str, dict[str, tuple[IntArray, FloatArray]]] = {}
     for name in expressions.face.names:
         vertices, offsets, turns = expressions(name)
-        first, last = (np.searchsorted(source[order], vertices, side=side) for side in ("left", "right"))
+        first, last = (
+            np.searchsorted(source[order], vertices, side=side) for side in ("left", "right")
+        )
         copies = np.repeat(np.arange(len(vertices)), last - first)
-        at = np.repeat(first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first) + np.arange(len(copies))
+        at = np.repeat(
+            first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first
+        ) + np.arange(len(copies))
         ascending = np.argsort(order[at])
         places, copies = order[at][ascending], copies[ascending]
         targets[name] = {}

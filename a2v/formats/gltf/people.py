@@ -1,6 +1,8 @@
-"""Characters of others in binary glTF or VRM: their bones as a `Body` that motions are carried over to, and files with more animations.
+"""Characters of others in binary glTF or VRM: their bones as a `Body` that motions are carried over
+to, and files with more animations.
 
-Nothing of the given file changes but that animations are added: its binary chunk is the beginning of the new one.
+Nothing of the given file changes but that animations are added: its binary chunk is the beginning
+of the new one.
 """
 
 from __future__ import annotations
@@ -53,7 +55,8 @@ class Person:
     floor : float
         Height of the soles in the file, metres, which is its ground.
     mover : int
-        The bone that carries all of the person: of those that hips and shoulders hang on, the lowest.
+        The bone that carries all of the person: of those that hips and shoulders hang on, the
+        lowest.
     """
 
     file: Gltf
@@ -71,8 +74,9 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     Raises
     ------
     InputError
-        The file is broken or too large, has no skin, or its bones have no names that `canonical_joints` knows; bones that are mirrored
-        or scaled unevenly; a person that lies or is upside down.
+        The file is broken or too large, has no skin, or its bones have no names that
+        `canonical_joints` knows; bones that are mirrored or scaled unevenly; a person that lies or
+        is upside down.
     """
     file = read_glb(path)
     if not file.items("skins"):
@@ -83,7 +87,9 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     names = _names(file, nodes)
     found = canonical_joints(names, parents.tolist())
     if missing := missing_joints(found):
-        raise file.fail(f"has no bone for {', '.join(missing[:4])} among {', '.join(name for name in names[:6] if name) or 'its nodes'}...")
+        raise file.fail(
+            f"has no bone for {', '.join(missing[:4])} among {', '.join(name for name in names[:6] if name) or 'its nodes'}..."
+        )
     if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
         raise file.fail("has nodes at places that are no numbers, or far away")
     turns = _decomposed(file, world[list(nodes)])
@@ -116,8 +122,8 @@ def read_person(path: str | os.PathLike[str]) -> Person:
 def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> None:
     """Write the file of a person with further animations, atomically.
 
-    Bones at and below `Person.mover` turn, and it alone is carried; what is above it, and nodes that are no bones, stay as they are.
-    Names that the file has already get a number.
+    Bones at and below `Person.mover` turn, and it alone is carried; what is above it, and nodes
+    that are no bones, stay as they are. Names that the file has already get a number.
 
     Parameters
     ----------
@@ -144,7 +150,11 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         tree.setdefault(kind, [])
     taken = {str(animation.get("name", "")) for animation in tree["animations"]}
     for name, (moves, fps) in check_clips(clips, len(person.body.bone_names)).items():
-        free = next(title for title in (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3))) if title not in taken)
+        free = next(
+            title
+            for title in (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
+            if title not in taken
+        )
         taken.add(free)
         tree["animations"].append(_animation(document, person, free, moves, fps))
     data = bytes(document.blob) + b"\0" * (-len(document.blob) % 4)
@@ -157,7 +167,9 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
         stream.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
 
 
-def _animation(document: Document, person: Person, name: str, moves: FloatArray, fps: float) -> dict[str, Any]:
+def _animation(
+    document: Document, person: Person, name: str, moves: FloatArray, fps: float
+) -> dict[str, Any]:
     """An animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
     file, body = person.file, person.body
     world, above = file.node_matrices()
@@ -167,10 +179,20 @@ def _animation(document: Document, person: Person, name: str, moves: FloatArray,
     channels: list[dict[str, Any]] = []
 
     def channel(bone: int, path: str, values: FloatArray) -> None:
-        samplers.append({"input": times, "output": document.accessor(values.astype(np.float32)), "interpolation": "LINEAR"})
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": person.nodes[bone], "path": path}})
+        samplers.append(
+            {
+                "input": times,
+                "output": document.accessor(values.astype(np.float32)),
+                "interpolation": "LINEAR",
+            }
+        )
+        channels.append(
+            {"sampler": len(samplers) - 1, "target": {"node": person.nodes[bone], "path": path}}
+        )
 
-    from_rest = moves[..., :3, :3] @ np.swapaxes(body.rest_transforms[:, :3, :3].astype(np.float64), -1, -2)
+    from_rest = moves[..., :3, :3] @ np.swapaxes(
+        body.rest_transforms[:, :3, :3].astype(np.float64), -1, -2
+    )
     turned = person.turn.T @ from_rest @ person.turn @ turns
     below = {person.mover}
     for bone, parent in enumerate(body.bone_parents.tolist()):
@@ -179,7 +201,9 @@ def _animation(document: Document, person: Person, name: str, moves: FloatArray,
         if bone not in below:
             continue
         outer = above[person.nodes[bone]]
-        base = np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]  # of the node above, which may be no bone
+        base = (
+            np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]
+        )  # of the node above, which may be no bone
         if bone == person.mover or parent not in below:
             around = np.broadcast_to(base, turned[:, bone].shape)
         else:
@@ -247,9 +271,13 @@ def _humanoid(file: Gltf) -> dict[int, str]:
         bones = humanoid.get("humanBones") if isinstance(humanoid, dict) else None
         rows: list[tuple[Any, Any]] = []
         if isinstance(bones, dict):
-            rows = [(name, bone.get("node")) for name, bone in bones.items() if isinstance(bone, dict)]
+            rows = [
+                (name, bone.get("node")) for name, bone in bones.items() if isinstance(bone, dict)
+            ]
         elif isinstance(bones, list):
-            rows = [(bone.get("bone"), bone.get("node")) for bone in bones if isinstance(bone, dict)]
+            rows = [
+                (bone.get("bone"), bone.get("node")) for bone in bones if isinstance(bone, dict)
+            ]
         for name, node in rows:
             file.item("nodes", node)
             found.setdefault(node, str(name)[:200])
@@ -260,15 +288,31 @@ def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
     """Rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
     lengths = np.linalg.norm(world[:, :3, :3], axis=1)
     sizes = lengths.mean(axis=1)
-    if (sizes < 1e-9).any() or (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any() or (np.linalg.det(world[:, :3, :3]) <= 0).any():
-        raise file.fail("has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in the program that made it")
+    if (
+        (sizes < 1e-9).any()
+        or (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any()
+        or (np.linalg.det(world[:, :3, :3]) <= 0).any()
+    ):
+        raise file.fail(
+            "has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in the program that made it"
+        )
     return nearest_rotations(world[:, :3, :3] / sizes[:, None, None])
 
 
 def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:
     """Rotation (3, 3) about y that makes the person face +z, and metres per unit."""
-    across = heads[found["left_hip"]] - heads[found["right_hip"]] + heads[found["left_shoulder"]] - heads[found["right_shoulder"]]
-    up = heads[found["left_shoulder"]] + heads[found["right_shoulder"]] - heads[found["left_ankle"]] - heads[found["right_ankle"]]
+    across = (
+        heads[found["left_hip"]]
+        - heads[found["right_hip"]]
+        + heads[found["left_shoulder"]]
+        - heads[found["right_shoulder"]]
+    )
+    up = (
+        heads[found["left_shoulder"]]
+        + heads[found["right_shoulder"]]
+        - heads[found["left_ankle"]]
+        - heads[found["right_ankle"]]
+    )
     size = float(np.linalg.norm(up))
     if size < 1e-9 or up[1] < 0.7 * size or np.hypot(across[0], across[2]) < 1e-6 * size:
         raise file.fail("has a person that does not stand upright along y where no animation plays")
@@ -284,8 +328,11 @@ def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[Fl
     return turn, 1.0 if _HEIGHTS[0] / 2 <= leg <= _HEIGHTS[1] / 2 else _LEG / leg
 
 
-def _skin(file: Gltf, world: FloatArray, nodes: tuple[int, ...]) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Vertices (n, 3) float64 of all skinned meshes as the file poses them, its units, faces (f, 3) and weights (n, B) float32 of the bones."""
+def _skin(
+    file: Gltf, world: FloatArray, nodes: tuple[int, ...]
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Vertices (n, 3) float64 of all skinned meshes as the file poses them, its units, faces (f, 3)
+    and weights (n, B) float32 of the bones."""
     place = {node: number for number, node in enumerate(nodes)}
     points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
     count = 0
@@ -294,19 +341,29 @@ def _skin(file: Gltf, world: FloatArray, nodes: tuple[int, ...]) -> tuple[FloatA
             continue
         skin = file.item("skins", node["skin"])
         joints = file.joints(skin)
-        owners, matrices = np.array([place[joint] for joint in joints]), world[joints] @ _inverse_bind(file, skin, len(joints))
+        owners, matrices = (
+            np.array([place[joint] for joint in joints]),
+            world[joints] @ _inverse_bind(file, skin, len(joints)),
+        )
         primitives = file.item("meshes", node["mesh"]).get("primitives")
         for primitive in primitives if isinstance(primitives, list) else []:
             attributes = primitive.get("attributes") if isinstance(primitive, dict) else None
-            if not isinstance(attributes, dict) or not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
+            if (
+                not isinstance(attributes, dict)
+                or not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys()
+            ):
                 continue
             made, (bones, shares) = _posed(file, attributes, matrices)
             if (count + len(made)) * len(nodes) > MAX_WEIGHTS:
-                raise file.fail(f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a product of at most {MAX_WEIGHTS}")
+                raise file.fail(
+                    f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a product of at most {MAX_WEIGHTS}"
+                )
             points.append(made)
             faces.append(count + _triangles(file, primitive, len(made)))
             rows = np.zeros((len(made), len(nodes)), np.float32)
-            np.add.at(rows, (np.arange(len(made))[:, None], owners[bones]), shares.astype(np.float32))
+            np.add.at(
+                rows, (np.arange(len(made))[:, None], owners[bones]), shares.astype(np.float32)
+            )
             weights.append(rows)
             count += len(made)
     if not points or count < 3:
@@ -331,19 +388,34 @@ def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
     """Triangles (f, 3) of a primitive of `count` vertices; none for lines and strips."""
     if primitive.get("mode", 4) != 4:
         return np.zeros((0, 3), np.int64)
-    indices = file.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    indices = (
+        file.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    )
     used = indices[: len(indices) // 3 * 3].astype(np.int64)
     if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
         raise file.fail("has triangles with vertices that it has not")
     return used.reshape(-1, 3)
 
 
-def _posed(file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray) -> tuple[FloatArray, tuple[IntArray, FloatArray]]:
+def _posed(
+    file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray
+) -> tuple[FloatArray, tuple[IntArray, FloatArray]]:
     """Vertices (n, 3) under the joints' matrices; joints and weights (n, 4) of each."""
-    vertices, joints, weights = (file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0"))
-    if vertices.shape[1] != 3 or joints.shape != weights.shape or len(joints) != len(vertices) or joints.shape[1] != 4:
+    vertices, joints, weights = (
+        file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+    )
+    if (
+        vertices.shape[1] != 3
+        or joints.shape != weights.shape
+        or len(joints) != len(vertices)
+        or joints.shape[1] != 4
+    ):
         raise file.fail("has a skinned mesh whose places, joints and weights do not fit together")
-    vertices, joints, weights = vertices.astype(np.float64), joints.astype(np.int64), weights.astype(np.float64)
+    vertices, joints, weights = (
+        vertices.astype(np.float64),
+        joints.astype(np.int64),
+        weights.astype(np.float64),
+    )
     if joints.size and not 0 <= int(joints.min()) <= int(joints.max()) < len(matrices):
         raise file.fail("has vertices that follow joints that the skin has not")
     total = weights.sum(axis=1, keepdims=True)
@@ -351,7 +423,9 @@ def _posed(file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray) -> t
     made = np.zeros((len(vertices), 3))
     for column in range(4):
         chosen = matrices[joints[:, column]]
-        made += weights[:, column, None] * (np.einsum("nab,nb->na", chosen[:, :3, :3], vertices) + chosen[:, :3, 3])
+        made += weights[:, column, None] * (
+            np.einsum("nab,nb->na", chosen[:, :3, :3], vertices) + chosen[:, :3, 3]
+        )
     return made, (joints, weights)
 
 
@@ -364,6 +438,8 @@ def _mover(found: Mapping[str, int], parents: list[int]) -> int:
             steps.append(parents[steps[-1]])
         return steps
 
-    paths = [path(found[name]) for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")]
+    paths = [
+        path(found[name]) for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
+    ]
     shared = set(paths[0]).intersection(*paths[1:])
     return next((bone for bone in paths[0] if bone in shared), found["pelvis"])

@@ -1,7 +1,8 @@
 """A bounded reader of binary glTF 2.0: the container, its accessors and its images.
 
-Only what skinned people need; the semantics (skins, poses) are the caller's. The JSON is read with the
-standard library rather than with pygltflib, so that every broken file is named by one clear `InputError`.
+Only what skinned people need; the semantics (skins, poses) are the caller's. The JSON is read with
+the standard library rather than with pygltflib, so that every broken file is named by one clear
+`InputError`.
 """
 
 from __future__ import annotations
@@ -46,19 +47,26 @@ class Gltf:
 
     def fail(self, what: str) -> InputError:
         """An error that names the file."""
-        return InputError(f"{self.path}: {shorten(what, 400)}; expected a binary glTF 2.0 of a skinned person")
+        return InputError(
+            f"{self.path}: {shorten(what, 400)}; expected a binary glTF 2.0 of a skinned person"
+        )
 
     def items(self, kind: str) -> list[dict[str, Any]]:
         """The list `kind` ("nodes", "meshes", ...) of the file; empty where absent."""
         if kind not in self._lists:
             value = self.json.get(kind, [])
-            if not isinstance(value, list) or len(value) > MAX_ITEMS or any(not isinstance(entry, dict) for entry in value):
+            if (
+                not isinstance(value, list)
+                or len(value) > MAX_ITEMS
+                or any(not isinstance(entry, dict) for entry in value)
+            ):
                 raise self.fail(f"'{kind}' is no list of at most {MAX_ITEMS} objects")
             self._lists[kind] = value
         return self._lists[kind]
 
     def indices(self, kind: str, value: Any, name: str) -> list[int]:
-        """A list of places in the list `kind`, as "children" and "joints" are; `name` is what messages call it."""
+        """A list of places in the list `kind`, as "children" and "joints" are; `name` is what
+        messages call it."""
         if not isinstance(value, list) or len(value) > MAX_ITEMS:
             raise self.fail(f"'{name}' is {brief(value)}, no list of {kind}")
         for index in value:
@@ -69,7 +77,9 @@ class Gltf:
         """The nodes that are the joints of a skin, each once."""
         joints = self.indices("nodes", skin.get("joints"), "joints")
         if not 1 <= len(joints) <= MAX_JOINTS or len(set(joints)) < len(joints):
-            raise self.fail(f"a skin has {len(joints)} joints, or one twice; expected 1 to {MAX_JOINTS}")
+            raise self.fail(
+                f"a skin has {len(joints)} joints, or one twice; expected 1 to {MAX_JOINTS}"
+            )
         return joints
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
@@ -80,15 +90,21 @@ class Gltf:
         return entries[index]
 
     def view(self, index: Any) -> tuple[int, int, int]:
-        """Offset, length and stride (0: tightly packed) in bytes of a buffer view, checked against the binary chunk."""
+        """Offset, length and stride (0: tightly packed) in bytes of a buffer view, checked against
+        the binary chunk."""
         view = self.item("bufferViews", index)
-        offset, length, stride = (self._count(view.get(key, 0), key) for key in ("byteOffset", "byteLength", "byteStride"))
+        offset, length, stride = (
+            self._count(view.get(key, 0), key) for key in ("byteOffset", "byteLength", "byteStride")
+        )
         if view.get("buffer", 0) != 0 or offset + length > len(self.binary):
-            raise self.fail(f"bufferView {index} reaches beyond the file's {len(self.binary)} bytes")
+            raise self.fail(
+                f"bufferView {index} reaches beyond the file's {len(self.binary)} bytes"
+            )
         return offset, length, stride
 
     def accessor(self, index: Any) -> np.ndarray:
-        """The accessor as (count, width), normalised integers already mapped to [0, 1] or [-1, 1] float32.
+        """The accessor as (count, width), normalised integers already mapped to [0, 1] or [-1, 1]
+        float32.
 
         Interleaved views are de-interleaved; sparse accessors are not supported.
         """
@@ -103,12 +119,17 @@ class Gltf:
             return np.zeros((count, width), component)
         start, length, stride = self.view(accessor["bufferView"])
         dtype = np.dtype(component)
-        offset, stride = self._count(accessor.get("byteOffset", 0), "byteOffset"), stride or dtype.itemsize * width
+        offset, stride = (
+            self._count(accessor.get("byteOffset", 0), "byteOffset"),
+            stride or dtype.itemsize * width,
+        )
         if stride > MAX_STRIDE:
             raise self.fail(f"accessor {index} has a stride of {brief(stride)} bytes")
         if count and offset + stride * (count - 1) + dtype.itemsize * width > length:
             raise self.fail(f"accessor {index} reaches beyond its bufferView")
-        raw: np.ndarray = np.ndarray((count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)).copy()
+        raw: np.ndarray = np.ndarray(
+            (count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)
+        ).copy()
         if not accessor.get("normalized") or dtype.kind == "f":
             return raw
         return np.maximum(raw.astype(np.float32) / np.iinfo(dtype).max, -1.0)
@@ -122,15 +143,20 @@ class Gltf:
             raise self.fail(f"image {index} is not inside the file")
         start, length, _ = self.view(source["bufferView"])
         try:
-            with Image.open(io.BytesIO(self.binary[start : start + length]), formats=("JPEG", "PNG", "WEBP")) as picture:
+            with Image.open(
+                io.BytesIO(self.binary[start : start + length]), formats=("JPEG", "PNG", "WEBP")
+            ) as picture:
                 if max(picture.size) > MAX_IMAGE_SIDE:
-                    raise self.fail(f"image {index} is {picture.width} x {picture.height} pixels; at most {MAX_IMAGE_SIDE} are read")
+                    raise self.fail(
+                        f"image {index} is {picture.width} x {picture.height} pixels; at most {MAX_IMAGE_SIDE} are read"
+                    )
                 return np.asarray(picture.convert("RGB"))
         except OSError as error:
             raise self.fail(f"image {index} is no readable JPEG, PNG or WebP ({error})") from error
 
     def node_matrices(self) -> tuple[FloatArray, list[int]]:
-        """World matrices (N, 4, 4) float64 of the nodes as the file poses them, and each node's parent (-1: none)."""
+        """World matrices (N, 4, 4) float64 of the nodes as the file poses them, and each node's
+        parent (-1: none)."""
         nodes = self.items("nodes")
         parents = [-1] * len(nodes)
         for index, node in enumerate(nodes):
@@ -152,17 +178,23 @@ class Gltf:
                 above = world[parents[link]] if parents[link] >= 0 else None
                 level[link] = level[parents[link]] + 1 if parents[link] >= 0 else 1
                 world[link] = local if above is None else above @ local
-        return np.stack([matrix for matrix in world if matrix is not None]) if nodes else np.zeros((0, 4, 4)), parents
+        return np.stack([matrix for matrix in world if matrix is not None]) if nodes else np.zeros(
+            (0, 4, 4)
+        ), parents
 
     def _local_matrix(self, node: dict[str, Any]) -> np.ndarray:
         try:
             if "matrix" in node:
-                return np.asarray(node["matrix"], np.float64).reshape(4, 4).T  # glTF is column-major
+                return (
+                    np.asarray(node["matrix"], np.float64).reshape(4, 4).T
+                )  # glTF is column-major
             x, y, z, w = np.asarray(node.get("rotation", (0, 0, 0, 1)), np.float64).reshape(4)
             scale = np.asarray(node.get("scale", (1, 1, 1)), np.float64).reshape(3)
             move = np.asarray(node.get("translation", (0, 0, 0)), np.float64).reshape(3)
         except (TypeError, ValueError, OverflowError) as error:
-            raise self.fail(f"node {brief(node.get('name', ''))} has a malformed transform ({shorten(error)})") from error
+            raise self.fail(
+                f"node {brief(node.get('name', ''))} has a malformed transform ({shorten(error)})"
+            ) from error
         local = np.eye(4)
         local[:3, :3] = scale * np.array(
             [

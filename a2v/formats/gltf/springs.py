@@ -1,4 +1,5 @@
-"""Chains of bones that swing, for a skirt: on top of a character, and as VRM 1.0 and 0.x say them."""
+"""Chains of bones that swing, for a skirt: on top of a character, and as VRM 1.0 and 0.x say
+them."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ class Capsule:
     ----------
     bone : int
     tail : (3,) float64
-        The other end, from the bone's head, metres; axes of the world at rest, as all bones of VRM's rig.
+        The other end, from the bone's head, metres; axes of the world at rest, as all bones of
+        VRM's rig.
     radius : float
         Metres.
     """
@@ -65,9 +67,11 @@ class Springs:
 
 
 def with_springs(character: Character) -> tuple[Character, Springs | None]:
-    """A character on VRM's rig whose skirt hangs on chains of bones below the hips; as it was, and None, where it wears none.
+    """A character on VRM's rig whose skirt hangs on chains of bones below the hips; as it was, and
+    None, where it wears none.
 
-    A skirt is a layer of its own, apart from the body's mesh, that begins about the hips and reaches around both legs.
+    A skirt is a layer of its own, apart from the body's mesh, that begins about the hips and
+    reaches around both legs.
     """
     skirt = _skirt_of(character)
     names = character.body.bone_names
@@ -77,38 +81,74 @@ def with_springs(character: Character) -> tuple[Character, Springs | None]:
     places = _chain_places(character.surface.vertices[skirt].astype(np.float64))
     bones = np.arange(first, first + places[..., 0].size).reshape(places.shape[:2])
     weights, owners = character.weights.copy(), character.bones.copy()
-    weights[skirt], owners[skirt] = _chain_weights(character.surface.vertices[skirt].astype(np.float64), places, bones, hips)
+    weights[skirt], owners[skirt] = _chain_weights(
+        character.surface.vertices[skirt].astype(np.float64), places, bones, hips
+    )
     parents = np.concatenate([np.full((len(bones), 1), hips), bones[:, :-1]], axis=1)
     transforms = np.tile(np.eye(4, dtype=np.float32), (bones.size, 1, 1))
     transforms[:, :3, 3] = places.reshape(-1, 3)
     body = character.body
-    tails = np.concatenate([places[:, 1:], places[:, -1:] - [0, 0.03, 0]], axis=1).reshape(-1, 3).astype(np.float32)
+    tails = (
+        np.concatenate([places[:, 1:], places[:, -1:] - [0, 0.03, 0]], axis=1)
+        .reshape(-1, 3)
+        .astype(np.float32)
+    )
     body = dataclasses.replace(
         body,
-        bone_names=(*names, *(f"skirt_{chain}_{joint}" for chain in range(len(bones)) for joint in range(bones.shape[1]))),
+        bone_names=(
+            *names,
+            *(
+                f"skirt_{chain}_{joint}"
+                for chain in range(len(bones))
+                for joint in range(bones.shape[1])
+            ),
+        ),
         bone_parents=np.concatenate([body.bone_parents, parents.ravel()]),
         bone_transforms=np.concatenate([body.bone_transforms, transforms]),
         rest_transforms=np.concatenate([body.rest_transforms, transforms]),
         bone_tails=np.concatenate([body.bone_tails, tails]),
-        weights=np.concatenate([body.weights, np.zeros((len(body.weights), bones.size), np.float32)], axis=1),
+        weights=np.concatenate(
+            [body.weights, np.zeros((len(body.weights), bones.size), np.float32)], axis=1
+        ),
     )
     changed = dataclasses.replace(character, body=body, weights=weights, bones=owners)
-    return changed, Springs(chains=tuple(map(tuple, bones.tolist())), capsules=_capsules(character, ~skirt))
+    return changed, Springs(
+        chains=tuple(map(tuple, bones.tolist())), capsules=_capsules(character, ~skirt)
+    )
 
 
 def spring_extension(springs: Springs) -> dict[str, Any]:
     """VRMC_springBone of VRM 1.0."""
     colliders = [
-        {"node": one.bone, "shape": {"capsule": {"offset": [0.0, 0.0, 0.0], "radius": one.radius, "tail": _rounded(one.tail)}}}
+        {
+            "node": one.bone,
+            "shape": {
+                "capsule": {
+                    "offset": [0.0, 0.0, 0.0],
+                    "radius": one.radius,
+                    "tail": _rounded(one.tail),
+                }
+            },
+        }
         for one in springs.capsules
     ]
-    joint = {"hitRadius": _HIT, "stiffness": STIFFNESS, "gravityPower": GRAVITY, "gravityDir": [0.0, -1.0, 0.0], "dragForce": DRAG}
+    joint = {
+        "hitRadius": _HIT,
+        "stiffness": STIFFNESS,
+        "gravityPower": GRAVITY,
+        "gravityDir": [0.0, -1.0, 0.0],
+        "dragForce": DRAG,
+    }
     return {
         "specVersion": "1.0",
         "colliders": colliders,
         "colliderGroups": [{"name": "legs", "colliders": list(range(len(colliders)))}],
         "springs": [
-            {"name": f"skirt_{number}", "joints": [{"node": bone, **joint} for bone in chain], "colliderGroups": [0]}
+            {
+                "name": f"skirt_{number}",
+                "joints": [{"node": bone, **joint} for bone in chain],
+                "colliderGroups": [0],
+            }
             for number, chain in enumerate(springs.chains)
         ],
     }
@@ -122,7 +162,10 @@ def secondary_animation(springs: Springs | None) -> dict[str, Any]:
     for one in springs.capsules:
         count = max(2, int(np.ceil(np.linalg.norm(one.tail) / (0.8 * one.radius))))
         centers = [share * one.tail * [1, 1, -1] for share in np.linspace(0, 1, count)]
-        spheres = [{"offset": dict(zip("xyz", _rounded(center), strict=True)), "radius": one.radius} for center in centers]
+        spheres = [
+            {"offset": dict(zip("xyz", _rounded(center), strict=True)), "radius": one.radius}
+            for center in centers
+        ]
         groups.append({"node": one.bone, "colliders": spheres})
     bones = {
         "comment": "skirt",
@@ -149,7 +192,9 @@ def _skirt_of(character: Character) -> BoolArray | None:
 
     faces, vertices = character.surface.faces, character.surface.vertices
     edges = np.concatenate([faces[:, :2], faces[:, 1:]])
-    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(vertices), len(vertices)))
+    graph = coo_matrix(
+        (np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(vertices), len(vertices))
+    )
     count, label = connected_components(graph, directed=False)
     names = character.body.bone_names
     if count < 2 or "hips" not in names:
@@ -160,7 +205,12 @@ def _skirt_of(character: Character) -> BoolArray | None:
     for part in range(count):
         own = vertices[label == part]
         around = own[:, 0].min() < -0.05 and own[:, 0].max() > 0.05
-        if part != largest and float(np.ptp(own[:, 1])) > _LEAST and abs(float(own[:, 1].max()) - hips) < 0.2 and around:
+        if (
+            part != largest
+            and float(np.ptp(own[:, 1])) > _LEAST
+            and abs(float(own[:, 1].max()) - hips) < 0.2
+            and around
+        ):
             skirt |= label == part
     return skirt if skirt.any() else None
 
@@ -183,18 +233,32 @@ def _chain_places(points: FloatArray) -> FloatArray:
         for joint, height in enumerate(heights):
             near = np.exp(-((apart / 0.5) ** 2) - ((points[:, 1] - height) / 0.02) ** 2) + 1e-12
             radius = float(near @ np.linalg.norm((points - middle)[:, [0, 2]], axis=1) / near.sum())
-            places[chain, joint] = [middle[0] + radius * np.sin(way), height, middle[2] + radius * np.cos(way)]
+            places[chain, joint] = [
+                middle[0] + radius * np.sin(way),
+                height,
+                middle[2] + radius * np.cos(way),
+            ]
     return places
 
 
-def _chain_weights(points: FloatArray, places: FloatArray, bones: IntArray, hips: int) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (n, 4) of the skirt: of two chains beside each other and two joints below each other, of the hips at the top."""
+def _chain_weights(
+    points: FloatArray, places: FloatArray, bones: IntArray, hips: int
+) -> tuple[FloatArray, IntArray]:
+    """Weights and bones (n, 4) of the skirt: of two chains beside each other and two joints below
+    each other, of the hips at the top."""
     top, low = float(places[0, 0, 1]), float(places[0, -1, 1])
-    down = (top - points[:, 1]) / (top - low) * JOINTS - 0.5  # a joint moves what lies between it and the next
+    down = (top - points[:, 1]) / (
+        top - low
+    ) * JOINTS - 0.5  # a joint moves what lies between it and the next
     along = _angle(points, points.mean(axis=0))
-    column, row = np.floor(along).astype(np.int64), np.floor(np.clip(down, -1, JOINTS - 1)).astype(np.int64)
+    column, row = (
+        np.floor(along).astype(np.int64),
+        np.floor(np.clip(down, -1, JOINTS - 1)).astype(np.int64),
+    )
     across, below = along - column, np.clip(np.clip(down, -1, JOINTS - 1) - row, 0, 1)
-    with_hips = np.concatenate([np.full((CHAINS, 1), hips), bones[:, :JOINTS]], axis=1)  # row -1 is the hips
+    with_hips = np.concatenate(
+        [np.full((CHAINS, 1), hips), bones[:, :JOINTS]], axis=1
+    )  # row -1 is the hips
     weights, owners = [], []
     for side, share in ((0, 1 - across), (1, across)):
         for step, part in ((0, 1 - below), (1, below)):
@@ -208,7 +272,9 @@ def _chain_weights(points: FloatArray, places: FloatArray, bones: IntArray, hips
             four[same, later] = 0
     order = np.argsort(-four, axis=1, kind="stable")
     four = np.take_along_axis(four, order, axis=1)
-    return four.astype(np.float32), np.where(four > 0, np.take_along_axis(whose, order, axis=1), 0).astype(np.int32)
+    return four.astype(np.float32), np.where(
+        four > 0, np.take_along_axis(whose, order, axis=1), 0
+    ).astype(np.int32)
 
 
 def _capsules(character: Character, own: BoolArray) -> tuple[Capsule, ...]:
@@ -216,10 +282,16 @@ def _capsules(character: Character, own: BoolArray) -> tuple[Capsule, ...]:
     names, capsules = character.body.bone_names, []
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
     for side in ("left", "right"):
-        for bone, end in ((names.index(side + bone), names.index(side + end)) for bone, end in _LEGS):
-            skin = character.surface.vertices[own & (character.bones[:, 0] == bone)].astype(np.float64)
+        for bone, end in (
+            (names.index(side + bone), names.index(side + end)) for bone, end in _LEGS
+        ):
+            skin = character.surface.vertices[own & (character.bones[:, 0] == bone)].astype(
+                np.float64
+            )
             tail = heads[end] - heads[bone]
-            capsules.append(Capsule(bone=bone, tail=tail, radius=round(_thickness(skin - heads[bone], tail), 4)))
+            capsules.append(
+                Capsule(bone=bone, tail=tail, radius=round(_thickness(skin - heads[bone], tail), 4))
+            )
     return tuple(capsules)
 
 

@@ -1,4 +1,5 @@
-"""Avatars as VRM 1.0 or 0.x and their clips as VRM animations, on top of binary glTF (https://github.com/vrm-c/vrm-specification)."""
+"""Avatars as VRM 1.0 or 0.x and their clips as VRM animations, on top of binary glTF
+(https://github.com/vrm-c/vrm-specification)."""
 
 from __future__ import annotations
 
@@ -25,12 +26,31 @@ _SIDED = (
 )  # fmt: skip
 
 VRM_BONES: frozenset[str] = frozenset(
-    ("hips", "spine", "chest", "upperChest", "neck", "head", "jaw", *(side + name for side in ("left", "right") for name in _SIDED))
+    (
+        "hips",
+        "spine",
+        "chest",
+        "upperChest",
+        "neck",
+        "head",
+        "jaw",
+        *(side + name for side in ("left", "right") for name in _SIDED),
+    )
 )
 """Bones of a person by VRM's names."""
 
 VRM_REQUIRED: frozenset[str] = frozenset(
-    ("hips", "spine", "head", *(side + name for side in ("left", "right") for name in _SIDED if name in _SIDED[:3] + _SIDED[5:8]))
+    (
+        "hips",
+        "spine",
+        "head",
+        *(
+            side + name
+            for side in ("left", "right")
+            for name in _SIDED
+            if name in _SIDED[:3] + _SIDED[5:8]
+        ),
+    )
 )
 """The 15 bones that every avatar has."""
 
@@ -41,20 +61,37 @@ def _both(*stems: str, strength: float = 1.0) -> dict[str, float]:
 
 EXPRESSIONS: Mapping[str, Mapping[str, float]] = {
     "neutral": {},
-    "happy": {**_both("mouthSmile", strength=0.8), **_both("cheekSquint", strength=0.5), **_both("eyeSquint", strength=0.4)},
+    "happy": {
+        **_both("mouthSmile", strength=0.8),
+        **_both("cheekSquint", strength=0.5),
+        **_both("eyeSquint", strength=0.4),
+    },
     "angry": {
         **_both("browDown"),
         **_both("mouthFrown", strength=0.4),
         **_both("noseSneer", strength=0.4),
         **_both("mouthPress", strength=0.3),
     },
-    "sad": {"browInnerUp": 0.9, **_both("mouthFrown", strength=0.8), **_both("eyeSquint", strength=0.2)},
+    "sad": {
+        "browInnerUp": 0.9,
+        **_both("mouthFrown", strength=0.8),
+        **_both("eyeSquint", strength=0.2),
+    },
     "relaxed": {**_both("mouthSmile", strength=0.3), **_both("eyeBlink", strength=0.3)},
-    "surprised": {"browInnerUp": 0.8, **_both("browOuterUp", strength=0.8), **_both("eyeWide", strength=0.8), "jawOpen": 0.35},
+    "surprised": {
+        "browInnerUp": 0.8,
+        **_both("browOuterUp", strength=0.8),
+        **_both("eyeWide", strength=0.8),
+        "jawOpen": 0.35,
+    },
     "aa": {"jawOpen": 0.6},
     "ih": {"jawOpen": 0.2, **_both("mouthStretch", strength=0.5)},
     "ou": {"jawOpen": 0.15, "mouthPucker": 0.8},
-    "ee": {"jawOpen": 0.12, **_both("mouthSmile", strength=0.4), **_both("mouthStretch", strength=0.4)},
+    "ee": {
+        "jawOpen": 0.12,
+        **_both("mouthSmile", strength=0.4),
+        **_both("mouthStretch", strength=0.4),
+    },
     "oh": {"jawOpen": 0.4, "mouthFunnel": 0.6},
     "blink": _both("eyeBlink"),
     "blinkLeft": {"eyeBlinkLeft": 1.0},
@@ -77,7 +114,8 @@ EDITIONS: tuple[str, ...] = ("1.0", "0.x")
 
 @dataclass(frozen=True, kw_only=True)
 class VrmMeta:
-    """What an avatar says about itself. Every permission that is not stated is the format's narrowest.
+    """What an avatar says about itself. Every permission that is not stated is the format's
+    narrowest.
 
     Attributes
     ----------
@@ -98,7 +136,9 @@ class VrmMeta:
 
     def __post_init__(self) -> None:
         if self.edition not in EDITIONS:
-            raise InputError(f"unknown edition '{self.edition}' of VRM; choose from {', '.join(EDITIONS)}")
+            raise InputError(
+                f"unknown edition '{self.edition}' of VRM; choose from {', '.join(EDITIONS)}"
+            )
         if not self.author.strip():
             raise InputError("a .vrm names its author; state one with --author")
         if not self.licence_url.startswith(("https://", "http://")):
@@ -108,18 +148,23 @@ class VrmMeta:
             )
 
 
-def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta, *, jpeg_quality: int = 92) -> None:
-    """Write an avatar as VRM: skinned glTF with humanoid bones, meta data, look-at by the eyes' bones and first person.
+def write_vrm(
+    path: str | os.PathLike[str], character: Character, meta: VrmMeta, *, jpeg_quality: int = 92
+) -> None:
+    """Write an avatar as VRM: skinned glTF with humanoid bones, meta data, look-at by the eyes'
+    bones and first person.
 
-    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its own by their names. A skirt swings
-    (`with_springs`). Clips go into files of their own, `write_vrma`. An avatar of VRM 0.x faces -z.
+    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its
+    own by their names. A skirt swings (`with_springs`). Clips go into files of their own,
+    `write_vrma`. An avatar of VRM 0.x faces -z.
 
     Parameters
     ----------
     path : path
         Written atomically.
     character : Character
-        On a rig of VRM's bone names in T pose (`a2v.animation.change_rig`), the soles on the ground, facing +z.
+        On a rig of VRM's bone names in T pose (`a2v.animation.change_rig`), the soles on the
+        ground, facing +z.
     meta : VrmMeta
     jpeg_quality : int
         Quality of the embedded texture, 1 to 100; 0 embeds PNG.
@@ -136,7 +181,11 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
     document = skinned_document(character, None, name=meta.name, jpeg_quality=jpeg_quality)
     if meta.edition == "0.x":
         materials = [material["name"] for material in document.json["materials"]]
-        said = {"VRM": vrm0_extension(dataclasses.asdict(meta), bones, EXPRESSIONS, character, materials, springs)}
+        said = {
+            "VRM": vrm0_extension(
+                dataclasses.asdict(meta), bones, EXPRESSIONS, character, materials, springs
+            )
+        }
     else:
         said = {"VRMC_vrm": _extension(character, meta, bones)}
         if springs is not None:
@@ -146,7 +195,9 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
     document.write(path)
 
 
-def _extension(character: Character, meta: VrmMeta, bones: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+def _extension(
+    character: Character, meta: VrmMeta, bones: Mapping[str, Mapping[str, int]]
+) -> dict[str, Any]:
     """VRMC_vrm of VRM 1.0."""
     extension: dict[str, Any] = {
         "specVersion": "1.0",
@@ -164,7 +215,9 @@ def _extension(character: Character, meta: VrmMeta, bones: Mapping[str, Mapping[
         },
         "humanoid": {"humanBones": bones},
         "expressions": _expressions(character),
-        "firstPerson": {"meshAnnotations": [{"node": len(character.body.bone_names), "type": "auto"}]},
+        "firstPerson": {
+            "meshAnnotations": [{"node": len(character.body.bone_names), "type": "auto"}]
+        },
     }
     if {"leftEye", "rightEye"} <= bones.keys():
         extension["lookAt"] = _look_at(character.body)
@@ -193,12 +246,14 @@ def write_vrma(
     fps : float
     name : str
     strengths : by ARKit's names, (T,) each
-        What the face does. Lids become VRM's own blinkLeft and blinkRight, the others custom expressions of these names.
+        What the face does. Lids become VRM's own blinkLeft and blinkRight, the others custom
+        expressions of these names.
 
     Raises
     ------
     InputError
-        A required bone is missing, the transforms have the wrong shape or are not finite, or strengths are not one a frame.
+        A required bone is missing, the transforms have the wrong shape or are not finite, or
+        strengths are not one a frame.
     """
     bones = _human_bones(body)
     moves, rate = check_clips({name: (transforms, fps)}, len(body.bone_names))[name]
@@ -213,7 +268,8 @@ def write_vrma(
     animation["channels"] = [
         channel
         for channel in animation["channels"]
-        if channel["target"]["node"] not in others and (channel["target"]["path"] == "rotation" or channel["target"]["node"] == hips)
+        if channel["target"]["node"] not in others
+        and (channel["target"]["path"] == "rotation" or channel["target"]["node"] == hips)
     ]
     document.json["animations"] = [animation]
     extension: dict[str, Any] = {"specVersion": "1.0", "humanoid": {"humanBones": bones}}
@@ -227,19 +283,32 @@ def write_vrma(
 
 
 def _add_strengths(
-    document: Document, animation: dict[str, Any], strengths: Mapping[str, FloatArray], frames: int, fps: float
+    document: Document,
+    animation: dict[str, Any],
+    strengths: Mapping[str, FloatArray],
+    frames: int,
+    fps: float,
 ) -> dict[str, Any]:
     """Strengths (frames,) as the format wants them: each a node's path along x."""
     known: dict[str, dict[str, dict[str, int]]] = {}
     times = document.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
     for expression, values in strengths.items():
         if np.shape(values) != (frames,):
-            raise InputError(f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},)")
+            raise InputError(
+                f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},)"
+            )
         node = document.node(name=expression)
         document.json["scenes"][0]["nodes"].append(node)
         path = np.stack([values, 0 * values, 0 * values], axis=1).astype(np.float32)
-        animation["samplers"].append({"input": times, "output": document.accessor(path), "interpolation": "LINEAR"})
-        animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": {"node": node, "path": "translation"}})
+        animation["samplers"].append(
+            {"input": times, "output": document.accessor(path), "interpolation": "LINEAR"}
+        )
+        animation["channels"].append(
+            {
+                "sampler": len(animation["samplers"]) - 1,
+                "target": {"node": node, "path": "translation"},
+            }
+        )
         kind = "preset" if expression in _LIDS else "custom"
         known.setdefault(kind, {})[_LIDS.get(expression, expression)] = {"node": node}
     return known
@@ -249,31 +318,53 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
     """VRM's bones with their nodes, which stand in the bones' order."""
     found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
     if missing := sorted(VRM_REQUIRED - found.keys()):
-        raise InputError(f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the rig to vrm first")
+        raise InputError(
+            f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the rig to vrm first"
+        )
     return found
 
 
 def _expressions(character: Character) -> dict[str, Any]:
-    """VRM's expressions and, as custom ones, ARKit's. Viewers look for eyes only beside them, so without a face they are there, and empty."""
+    """VRM's expressions and, as custom ones, ARKit's. Viewers look for eyes only beside them, so
+    without a face they are there, and empty."""
     face, node = character.surface.face, len(character.body.bone_names)
     if face is None:
         return {"preset": {}}
 
     def bound(strengths: Mapping[str, float]) -> list[dict[str, Any]]:
         known = {name: strength for name, strength in strengths.items() if name in face.names}
-        return [{"node": node, "index": face.names.index(name), "weight": strength} for name, strength in known.items()]
+        return [
+            {"node": node, "index": face.names.index(name), "weight": strength}
+            for name, strength in known.items()
+        ]
 
-    preset = {name: {"morphTargetBinds": bound(strengths), "isBinary": False} for name, strengths in EXPRESSIONS.items()}
+    preset = {
+        name: {"morphTargetBinds": bound(strengths), "isBinary": False}
+        for name, strengths in EXPRESSIONS.items()
+    }
     for name in ("happy", "relaxed"):  # they close the eyes already
         preset[name]["overrideBlink"] = "blend"
-    return {"preset": preset, "custom": {name: {"morphTargetBinds": bound({name: 1.0}), "isBinary": False} for name in face.names}}
+    return {
+        "preset": preset,
+        "custom": {
+            name: {"morphTargetBinds": bound({name: 1.0}), "isBinary": False} for name in face.names
+        },
+    }
 
 
 def _look_at(body: Body) -> dict[str, Any]:
     """The eyes turn by up to 10 degrees for a target 90 degrees aside; seen from between them."""
-    place = {name: transform[:3, 3].astype(np.float64) for name, transform in zip(body.bone_names, body.bone_transforms, strict=True)}
+    place = {
+        name: transform[:3, 3].astype(np.float64)
+        for name, transform in zip(body.bone_names, body.bone_transforms, strict=True)
+    }
     offset = (place["leftEye"] + place["rightEye"]) / 2 - place["head"]
-    ranges = ("rangeMapHorizontalInner", "rangeMapHorizontalOuter", "rangeMapVerticalDown", "rangeMapVerticalUp")
+    ranges = (
+        "rangeMapHorizontalInner",
+        "rangeMapHorizontalOuter",
+        "rangeMapVerticalDown",
+        "rangeMapVerticalUp",
+    )
     return {
         "type": "bone",
         "offsetFromHeadBone": [round(float(value), 5) for value in offset],

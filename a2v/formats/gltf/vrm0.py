@@ -33,7 +33,16 @@ _MUSCLES: Mapping[str, float | bool] = MappingProxyType(
 """Unity's defaults for a humanoid."""
 
 _PLAIN: Mapping[str, dict[str, object]] = MappingProxyType(
-    {name: {} for name in ("floatProperties", "vectorProperties", "textureProperties", "keywordMap", "tagMap")}
+    {
+        name: {}
+        for name in (
+            "floatProperties",
+            "vectorProperties",
+            "textureProperties",
+            "keywordMap",
+            "tagMap",
+        )
+    }
 )
 """A material without more than glTF says."""
 
@@ -42,18 +51,29 @@ _THUMBS = {"ThumbMetacarpal": "ThumbProximal", "ThumbProximal": "ThumbIntermedia
 
 
 def turned_around(character: Character) -> Character:
-    """A character on bones of the world's axes that faces -z, as avatars of VRM 0.x do; the bones keep their axes."""
+    """A character on bones of the world's axes that faces -z, as avatars of VRM 0.x do; the bones
+    keep their axes."""
     half = np.array([-1.0, 1.0, -1.0], np.float32)
     surface, body = character.surface, character.body
-    face = None if surface.face is None else dataclasses.replace(surface.face, offsets=surface.face.offsets * half)
+    face = (
+        None
+        if surface.face is None
+        else dataclasses.replace(surface.face, offsets=surface.face.offsets * half)
+    )
     transforms, rest = body.bone_transforms.copy(), body.rest_transforms.copy()
     transforms[:, :3, 3] *= half
     rest[:, :3, 3] *= half
     return dataclasses.replace(
         character,
-        surface=dataclasses.replace(surface, vertices=surface.vertices * half, face=face, standing=None),
+        surface=dataclasses.replace(
+            surface, vertices=surface.vertices * half, face=face, standing=None
+        ),
         body=dataclasses.replace(
-            body, vertices=body.vertices * half, bone_transforms=transforms, rest_transforms=rest, bone_tails=body.bone_tails * half
+            body,
+            vertices=body.vertices * half,
+            bone_transforms=transforms,
+            rest_transforms=rest,
+            bone_tails=body.bone_tails * half,
         ),
     )
 
@@ -94,7 +114,10 @@ def extension(
         Names, in the order of the file.
     springs : Springs or None
     """
-    human = [{"bone": bone_name(name), "node": bone["node"], "useDefaultValues": True} for name, bone in bones.items()]
+    human = [
+        {"bone": bone_name(name), "node": bone["node"], "useDefaultValues": True}
+        for name, bone in bones.items()
+    ]
     return {
         "exporterVersion": f"a2v {__version__}",
         "specVersion": "0.0",
@@ -116,12 +139,18 @@ def extension(
         "firstPerson": _first_person(character, bones),
         "blendShapeMaster": {"blendShapeGroups": _groups(character, presets)},
         "secondaryAnimation": secondary_animation(springs),
-        "materialProperties": [{"name": name, "renderQueue": 2000, "shader": "VRM_USE_GLTFSHADER", **_PLAIN} for name in materials],
+        "materialProperties": [
+            {"name": name, "renderQueue": 2000, "shader": "VRM_USE_GLTFSHADER", **_PLAIN}
+            for name in materials
+        ],
     }
 
 
-def _groups(character: Character, presets: Mapping[str, Mapping[str, float]]) -> list[dict[str, Any]]:
-    """Presets, then ARKit's expressions by their names with a capital, as face trackers look for them."""
+def _groups(
+    character: Character, presets: Mapping[str, Mapping[str, float]]
+) -> list[dict[str, Any]]:
+    """Presets, then ARKit's expressions by their names with a capital, as face trackers look for
+    them."""
     face = character.surface.face
     if face is None:
         return []
@@ -130,22 +159,42 @@ def _groups(character: Character, presets: Mapping[str, Mapping[str, float]]) ->
     groups = []
     for name, preset, strengths in wanted:
         known = {shape: strength for shape, strength in strengths.items() if shape in face.names}
-        binds = [{"mesh": 0, "index": face.names.index(shape), "weight": round(100 * strength, 3)} for shape, strength in known.items()]
-        groups.append({"name": name, "presetName": preset, "binds": binds, "materialValues": [], "isBinary": False})
+        binds = [
+            {"mesh": 0, "index": face.names.index(shape), "weight": round(100 * strength, 3)}
+            for shape, strength in known.items()
+        ]
+        groups.append(
+            {
+                "name": name,
+                "presetName": preset,
+                "binds": binds,
+                "materialValues": [],
+                "isBinary": False,
+            }
+        )
     return groups
 
 
 def _first_person(character: Character, bones: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """Seen from between the eyes, which turn by up to 10 degrees for a target 90 degrees aside; offsets in Unity's axes."""
+    """Seen from between the eyes, which turn by up to 10 degrees for a target 90 degrees aside;
+    offsets in Unity's axes."""
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
     offset = np.array([0.0, 0.06, 0.0])
     if {"leftEye", "rightEye"} <= bones.keys():
-        offset = (heads[bones["leftEye"]["node"]] + heads[bones["rightEye"]["node"]]) / 2 - heads[bones["head"]["node"]]
+        offset = (heads[bones["leftEye"]["node"]] + heads[bones["rightEye"]["node"]]) / 2 - heads[
+            bones["head"]["node"]
+        ]
     degrees = {"curve": [0, 0, 0, 1, 1, 1, 1, 0], "xRange": 90, "yRange": 10}
     return {
         "firstPersonBone": bones["head"]["node"],
-        "firstPersonBoneOffset": {axis: round(float(value), 5) for axis, value in zip("xyz", offset * [1, 1, -1], strict=True)},
+        "firstPersonBoneOffset": {
+            axis: round(float(value), 5)
+            for axis, value in zip("xyz", offset * [1, 1, -1], strict=True)
+        },
         "meshAnnotations": [{"mesh": 0, "firstPersonFlag": "Auto"}],
         "lookAtTypeName": "Bone",
-        **{f"lookAt{way}": degrees for way in ("HorizontalInner", "HorizontalOuter", "VerticalDown", "VerticalUp")},
+        **{
+            f"lookAt{way}": degrees
+            for way in ("HorizontalInner", "HorizontalOuter", "VerticalDown", "VerticalUp")
+        },
     }

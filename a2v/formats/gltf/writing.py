@@ -27,7 +27,8 @@ from a2v.types import Body, Character, FloatArray, IntArray, Surface
 MAX_MORPH_BYTES = 2 << 30
 
 ARMATURES: Mapping[str, str] = MappingProxyType({"talkinghead": "Armature"})
-"""By rig: the node that its programs look for above all bones and meshes. They want a mesh for each material, too."""
+"""By rig: the node that its programs look for above all bones and meshes. They want a mesh for each
+material, too."""
 
 
 def write_glb(
@@ -40,10 +41,11 @@ def write_glb(
     expressions: Strengths | None = None,
     props: Props | None = None,
 ) -> None:
-    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary; expressions are morph targets.
+    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary; expressions are
+    morph targets.
 
-    The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the bones that move, the root's
-    path, one sampler of keys a frame, linear interpolation.
+    The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the
+    bones that move, the root's path, one sampler of keys a frame, linear interpolation.
 
     Parameters
     ----------
@@ -78,31 +80,56 @@ def _add_props(document: Document, props: Props) -> None:
         own = props.faces[props.owner == number]
         used, faces = np.unique(own, return_inverse=True)
         colors = np.tile(np.array(COLOR, np.float32), (len(used), 1))
-        solid = Surface(vertices=props.vertices[used], faces=faces.reshape(-1, 3).astype(np.int32), colors=colors)
-        document.json["scenes"][0]["nodes"].append(document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0]))
+        solid = Surface(
+            vertices=props.vertices[used],
+            faces=faces.reshape(-1, 3).astype(np.int32),
+            colors=colors,
+        )
+        document.json["scenes"][0]["nodes"].append(
+            document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0])
+        )
 
 
-def _animate_face(document: Document, character: Character, clips: Clips, expressions: Strengths) -> None:
+def _animate_face(
+    document: Document, character: Character, clips: Clips, expressions: Strengths
+) -> None:
     """Add the strengths of expressions to the animations of a `skinned_document`."""
     tables = strength_tables(character.surface.face, clips, expressions)
     for animation in document.json.get("animations", []):
         if animation["name"] not in tables:
             continue
         table = tables[animation["name"]]
-        times = document.accessor((np.arange(len(table)) / clips[animation["name"]][1]).astype(np.float32), bounds=True)
+        times = document.accessor(
+            (np.arange(len(table)) / clips[animation["name"]][1]).astype(np.float32), bounds=True
+        )
         for node, item in enumerate(document.json["nodes"]):
-            names = document.json["meshes"][item["mesh"]].get("extras", {}).get("targetNames") if "mesh" in item else None
+            names = (
+                document.json["meshes"][item["mesh"]].get("extras", {}).get("targetNames")
+                if "mesh" in item
+                else None
+            )
             if not names:
                 continue
             assert character.surface.face is not None
             own = table[:, [character.surface.face.names.index(name) for name in names]]
-            animation["samplers"].append({"input": times, "output": document.accessor(own.reshape(-1)), "interpolation": "LINEAR"})
+            animation["samplers"].append(
+                {
+                    "input": times,
+                    "output": document.accessor(own.reshape(-1)),
+                    "interpolation": "LINEAR",
+                }
+            )
             target = {"node": node, "path": "weights"}
-            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
+            animation["channels"].append(
+                {"sampler": len(animation["samplers"]) - 1, "target": target}
+            )
 
 
-def skinned_document(character: Character, clips: Clips | None, *, name: str, jpeg_quality: int) -> Document:
-    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next ones are the skinned meshes.
+def skinned_document(
+    character: Character, clips: Clips | None, *, name: str, jpeg_quality: int
+) -> Document:
+    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next ones are the
+    skinned meshes.
 
     That is one mesh, but for rigs of `ARMATURES`.
     """
@@ -121,19 +148,30 @@ def skinned_document(character: Character, clips: Clips | None, *, name: str, jp
             "name": body.model,
             "joints": list(range(len(bind))),
             "skeleton": roots[0],
-            "inverseBindMatrices": document.accessor(np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(len(bind), 16)),
+            "inverseBindMatrices": document.accessor(
+                np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(len(bind), 16)
+            ),
         }
     ]
-    skinned = [document.node(name=document.json["meshes"][mesh]["name"], mesh=mesh, skin=0) for mesh in meshes]
+    skinned = [
+        document.node(name=document.json["meshes"][mesh]["name"], mesh=mesh, skin=0)
+        for mesh in meshes
+    ]
     tops = [*roots, *skinned]
-    document.json["scenes"][0]["nodes"] = [document.node(name=armature, children=tops)] if armature else tops
+    document.json["scenes"][0]["nodes"] = (
+        [document.node(name=armature, children=tops)] if armature else tops
+    )
     if checked:
-        document.json["animations"] = [add_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
+        document.json["animations"] = [
+            add_animation(document, key, *clip, body.bone_parents, local)
+            for key, clip in checked.items()
+        ]
     return document
 
 
 def add_bones(document: Document, body: Body, local: FloatArray) -> list[int]:
-    """Make a node of every bone, in their order from node 0 on, at its place `local` (B, 4, 4) in its parent; returns the roots."""
+    """Make a node of every bone, in their order from node 0 on, at its place `local` (B, 4, 4) in
+    its parent; returns the roots."""
     children: list[list[int]] = [[] for _ in body.bone_names]
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent >= 0:
@@ -178,8 +216,15 @@ def write_morph_glb(
         Wrong shape, not finite, or more than 2 GiB (12 bytes a vertex and frame).
     """
     frames = np.asarray(frames, dtype=np.float32)
-    if frames.ndim != 3 or frames.shape[1:] != surface.vertices.shape or len(frames) == 0 or not np.isfinite(frames).all():
-        raise InputError(f"frames have shape {frames.shape}; expected (T, {len(surface.vertices)}, 3) finite numbers")
+    if (
+        frames.ndim != 3
+        or frames.shape[1:] != surface.vertices.shape
+        or len(frames) == 0
+        or not np.isfinite(frames).all()
+    ):
+        raise InputError(
+            f"frames have shape {frames.shape}; expected (T, {len(surface.vertices)}, 3) finite numbers"
+        )
     if not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps is {fps}; expected a positive number")
     if frames.nbytes > MAX_MORPH_BYTES:
@@ -190,7 +235,10 @@ def write_morph_glb(
     source, _, _ = split_corners(surface)
     (mesh,) = add_mesh(document, surface, name, jpeg_quality)
     base = surface.vertices[source]
-    targets = [{"POSITION": document.accessor(frame[source] - base, target=ARRAY_BUFFER, bounds=True)} for frame in frames]
+    targets = [
+        {"POSITION": document.accessor(frame[source] - base, target=ARRAY_BUFFER, bounds=True)}
+        for frame in frames
+    ]
     document.json["meshes"][mesh]["primitives"][0]["targets"] = targets
     document.json["meshes"][mesh]["weights"] = [0.0] * len(frames)
     node = document.node(name=name, mesh=mesh)
@@ -207,15 +255,29 @@ def write_morph_glb(
     document.write(path)
 
 
-def add_animation(document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:
-    """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place `bind` (B, 4, 4) in their parent."""
+def add_animation(
+    document: Document,
+    name: str,
+    transforms: FloatArray,
+    fps: float,
+    parents: IntArray,
+    bind: FloatArray,
+) -> dict[str, Any]:
+    """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place
+    `bind` (B, 4, 4) in their parent."""
     local = parent_from_bone(transforms, parents)
     times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
 
     def channel(bone: int, path: str, values: FloatArray) -> None:
-        samplers.append({"input": times, "output": document.accessor(values.astype(np.float32)), "interpolation": "LINEAR"})
+        samplers.append(
+            {
+                "input": times,
+                "output": document.accessor(values.astype(np.float32)),
+                "interpolation": "LINEAR",
+            }
+        )
         channels.append({"sampler": len(samplers) - 1, "target": {"node": bone, "path": path}})
 
     for bone in range(local.shape[1]):

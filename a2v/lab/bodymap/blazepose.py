@@ -1,7 +1,9 @@
-"""The landmark network of BlazePose as a torch module whose weights can be trained: a start that has seen real photographs.
+"""The landmark network of BlazePose as a torch module whose weights can be trained: a start that
+has seen real photographs.
 
-BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, Apache-2.0 like what is trained from it. The file is read with
-the schema of TensorFlow Lite that the same wheel carries.
+BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, Apache-2.0 like
+what is trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
+carries.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ DIGEST = "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f"
 INPUT = 0
 """Tensor of the file: the picture."""
 LANDMARKS = 337
-"""Tensor of the file: BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and two logits, of 39 points."""
+"""Tensor of the file: BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and two
+logits, of 39 points."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +67,8 @@ class Operation:
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """Operations in the order in which they run, and the arrays of the convolutions: ``w<number>`` (out, in, k, k), ``b<number>`` (out,)."""
+    """Operations in the order in which they run, and the arrays of the convolutions: ``w<number>``
+    (out, in, k, k), ``b<number>`` (out,)."""
 
     operations: tuple[Operation, ...]
     arrays: Mapping[str, FloatArray]
@@ -94,7 +98,9 @@ def read_blazepose() -> Graph:
     path = Path(found.origin).parent / FILE
     content = read_bytes(path, limit=1 << 24)
     if hashlib.sha256(content).hexdigest() != DIGEST:
-        raise InputError(f"{path} is not the file of mediapipe 0.10.21; install that version (constraints.txt)")
+        raise InputError(
+            f"{path} is not the file of mediapipe 0.10.21; install that version (constraints.txt)"
+        )
     from mediapipe.tasks.metadata import schema_py_generated as schema
 
     model: Any = schema.ModelT.InitFromObj(schema.Model.GetRootAs(content, 0))
@@ -102,30 +108,51 @@ def read_blazepose() -> Graph:
 
 
 class _Reader:
-    """Turns TensorFlow Lite's operators into `Operation`; half-precision weights become float32, padding is part of the convolutions."""
+    """Turns TensorFlow Lite's operators into `Operation`; half-precision weights become float32,
+    padding is part of the convolutions."""
 
     def __init__(self, model: Any, schema: Any) -> None:
         self.tensors, self.operators = model.subgraphs[0].tensors, model.subgraphs[0].operators
-        names = {value: name for name, value in vars(schema.BuiltinOperator).items() if isinstance(value, int)}
-        self.kinds = [names[max(code.builtinCode, code.deprecatedBuiltinCode)] for code in model.operatorCodes]
-        types = {schema.TensorType.FLOAT32: "<f4", schema.TensorType.FLOAT16: "<f2", schema.TensorType.INT32: "<i4"}
+        names = {
+            value: name
+            for name, value in vars(schema.BuiltinOperator).items()
+            if isinstance(value, int)
+        }
+        self.kinds = [
+            names[max(code.builtinCode, code.deprecatedBuiltinCode)] for code in model.operatorCodes
+        ]
+        types = {
+            schema.TensorType.FLOAT32: "<f4",
+            schema.TensorType.FLOAT16: "<f2",
+            schema.TensorType.INT32: "<i4",
+        }
         self.constants: dict[int, np.ndarray] = {}
         for number, tensor in enumerate(self.tensors):
             data = model.buffers[tensor.buffer].data
             if data is not None:
-                self.constants[number] = np.frombuffer(bytes(data), types[tensor.type]).reshape(tensor.shape)
+                self.constants[number] = np.frombuffer(bytes(data), types[tensor.type]).reshape(
+                    tensor.shape
+                )
         self.clips = schema.ActivationFunctionType.RELU6
         self.same = schema.Padding.SAME
         self.padded: dict[int, tuple[int, tuple[int, ...]]] = {}
         self.arrays: dict[str, FloatArray] = {}
 
     def graph(self) -> Graph:
-        """All operations; what follows the heads that we don't use (softmax of the segmentation) is left out."""
-        found = [self._operation(self.kinds[operator.opcodeIndex], operator) for operator in self.operators]
+        """All operations; what follows the heads that we don't use (softmax of the segmentation) is
+        left out."""
+        found = [
+            self._operation(self.kinds[operator.opcodeIndex], operator)
+            for operator in self.operators
+        ]
         return Graph(tuple(operation for operation in found if operation is not None), self.arrays)
 
     def _operation(self, kind: str, operator: Any) -> Operation | None:
-        inputs, output, options = tuple(operator.inputs.tolist()), int(operator.outputs[0]), operator.builtinOptions
+        inputs, output, options = (
+            tuple(operator.inputs.tolist()),
+            int(operator.outputs[0]),
+            operator.builtinOptions,
+        )
         if kind == "DEQUANTIZE":
             self.constants[output] = self.constants[inputs[0]].astype(np.float32)
             return None
@@ -136,17 +163,35 @@ class _Reader:
         if kind in ("CONV_2D", "DEPTHWISE_CONV_2D"):
             return self._convolution(kind == "DEPTHWISE_CONV_2D", inputs, output, options)
         if kind == "ADD":
-            return Operation(kind="add", inputs=inputs, output=output, clipped=options.fusedActivationFunction == self.clips)
+            return Operation(
+                kind="add",
+                inputs=inputs,
+                output=output,
+                clipped=options.fusedActivationFunction == self.clips,
+            )
         plain = {"MAX_POOL_2D": "pool", "RESIZE_BILINEAR": "double", "RESHAPE": "flatten"}
-        return Operation(kind=plain[kind], inputs=inputs[:1], output=output) if kind in plain else None
+        return (
+            Operation(kind=plain[kind], inputs=inputs[:1], output=output) if kind in plain else None
+        )
 
-    def _convolution(self, depthwise: bool, inputs: tuple[int, ...], output: int, options: Any) -> Operation:
+    def _convolution(
+        self, depthwise: bool, inputs: tuple[int, ...], output: int, options: Any
+    ) -> Operation:
         number = len(self.arrays) // 2
-        weights = self.constants[inputs[1]].astype(np.float32).transpose((3, 0, 1, 2) if depthwise else (0, 3, 1, 2))
-        self.arrays |= {f"w{number}": np.ascontiguousarray(weights), f"b{number}": self.constants[inputs[2]].astype(np.float32)}
+        weights = (
+            self.constants[inputs[1]]
+            .astype(np.float32)
+            .transpose((3, 0, 1, 2) if depthwise else (0, 3, 1, 2))
+        )
+        self.arrays |= {
+            f"w{number}": np.ascontiguousarray(weights),
+            f"b{number}": self.constants[inputs[2]].astype(np.float32),
+        }
         source, padding = self.padded.get(inputs[0], (inputs[0], (0, 0, 0, 0)))
         stride, kernel = int(options.strideH), weights.shape[2]
-        if options.padding == self.same:  # TensorFlow's: what is odd goes to the right and the bottom
+        if (
+            options.padding == self.same
+        ):  # TensorFlow's: what is odd goes to the right and the bottom
             size = int(self.tensors[source].shape[1])
             total = max((-(-size // stride) - 1) * stride + kernel - size, 0)
             padding = (total // 2, total - total // 2) * 2
@@ -157,7 +202,8 @@ class _Reader:
 
 
 class BlazePoseLayers(nn.Module):
-    """The part of the graph that some tensors need, with its weights as parameters ``numbers.w<number>`` and ``numbers.b<number>``.
+    """The part of the graph that some tensors need, with its weights as parameters
+    ``numbers.w<number>`` and ``numbers.b<number>``.
 
     Parameters
     ----------
@@ -169,13 +215,26 @@ class BlazePoseLayers(nn.Module):
         super().__init__()
         graph = read_blazepose()
         self.outputs, self.operations = tuple(outputs), graph.needed_for(outputs)
-        chosen = [f"{kind}{step.weights}" for step in self.operations if step.weights >= 0 for kind in "wb"]
-        self.numbers = nn.ParameterDict({name: nn.Parameter(torch.from_numpy(graph.arrays[name].copy())) for name in chosen})
+        chosen = [
+            f"{kind}{step.weights}"
+            for step in self.operations
+            if step.weights >= 0
+            for kind in "wb"
+        ]
+        self.numbers = nn.ParameterDict(
+            {name: nn.Parameter(torch.from_numpy(graph.arrays[name].copy())) for name in chosen}
+        )
         last = {number: step.output for step in self.operations for number in step.inputs}
-        self._free = {step.output: [n for n in set(step.inputs) if last[n] == step.output and n not in outputs] for step in self.operations}
+        self._free = {
+            step.output: [
+                n for n in set(step.inputs) if last[n] == step.output and n not in outputs
+            ]
+            for step in self.operations
+        }
 
     def freeze_until(self, output: int) -> None:
-        """Keep the weights of all steps up to the one that makes the tensor `output` as they are: what sees edges has seen photographs."""
+        """Keep the weights of all steps up to the one that makes the tensor `output` as they are:
+        what sees edges has seen photographs."""
         for step in self.operations:
             if step.weights >= 0:
                 for kind in "wb":
@@ -198,12 +257,24 @@ class BlazePoseLayers(nn.Module):
             weights, bias = self.numbers[f"w{step.weights}"], self.numbers[f"b{step.weights}"]
             left, right, top, bottom = step.padding
             if (left, top) == (right, bottom):
-                return functional.conv2d(given[0], weights, bias, step.stride, (top, left), 1, step.groups)
-            return functional.conv2d(functional.pad(given[0], step.padding), weights, bias, step.stride, 0, 1, step.groups)
+                return functional.conv2d(
+                    given[0], weights, bias, step.stride, (top, left), 1, step.groups
+                )
+            return functional.conv2d(
+                functional.pad(given[0], step.padding),
+                weights,
+                bias,
+                step.stride,
+                0,
+                1,
+                step.groups,
+            )
         if step.kind == "add":
             return given[0] + given[1]
         if step.kind == "pool":
             return functional.max_pool2d(given[0], 2)
         if step.kind == "double":
-            return functional.interpolate(given[0], scale_factor=2.0, mode="bilinear", align_corners=False)
+            return functional.interpolate(
+                given[0], scale_factor=2.0, mode="bilinear", align_corners=False
+            )
         return given[0].flatten(1)

@@ -1,4 +1,5 @@
-"""From quick views to what the body map is trained with: pictures, truths, and changes that photographs and their masks may have."""
+"""From quick views to what the body map is trained with: pictures, truths, and changes that
+photographs and their masks may have."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range
 
 
 def landmark_weights() -> FloatArray:
-    """How much each landmark (33,) counts: eyes, mouth, fingers and toes less than what the fit holds to."""
+    """How much each landmark (33,) counts: eyes, mouth, fingers and toes less than what the fit
+    holds to."""
     weights = np.ones(len(BLAZEPOSE), np.float32)
     for weight, chosen in _LESS.items():
         weights[list(chosen)] = weight
@@ -29,7 +31,8 @@ def landmark_weights() -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A picture and its truth; `stack` puts B of them together. Lengths are in sides of the picture, depth from the middle of the hips.
+    """A picture and its truth; `stack` puts B of them together. Lengths are in sides of the
+    picture, depth from the middle of the hips.
 
     Attributes
     ----------
@@ -43,7 +46,8 @@ class Example:
     depths : (2, 64, 64) float32
         Of front and back; 0 where there is none.
     seen : (2, 64, 64) bool
-        Whether a pixel sees the person, whose front and back it then shows. Where a thing hides the person it does not: no evidence.
+        Whether a pixel sees the person, whose front and back it then shows. Where a thing hides the
+        person it does not: no evidence.
     scale : () float32
         Sides of the picture per metre.
     """
@@ -59,20 +63,31 @@ class Example:
 
 def stack(examples: Sequence[Example]) -> Example:
     """A batch: every array with a leading axis B."""
-    return Example(**{item.name: np.stack([getattr(one, item.name) for one in examples]) for item in fields(Example)})
+    return Example(
+        **{
+            item.name: np.stack([getattr(one, item.name) for one in examples])
+            for item in fields(Example)
+        }
+    )
 
 
 def make_example(view: QuickView, generator: np.random.Generator | None = None) -> Example:
-    """A view as an example, the person before grey; with a `generator` changed as photographs and masks of them may be, and mirrored every other time.
+    """A view as an example, the person before grey; with a `generator` changed as photographs and
+    masks of them may be, and mirrored every other time.
 
-    Landmarks behind things count as much as those behind the person's own body: they must be guessed, and their scales tell so.
+    Landmarks behind things count as much as those behind the person's own body: they must be
+    guessed, and their scales tell so.
     """
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
     hips = points[HIPS, 2].mean()
     points = points - np.array([0, 0, hips], np.float32)
     flip = generator is not None and generator.random() < 0.5
-    picture, mask = (before_grey(picture, mask), mask) if generator is None else _changed(picture, mask, view.things, generator)
+    picture, mask = (
+        (before_grey(picture, mask), mask)
+        if generator is None
+        else _changed(picture, mask, view.things, generator)
+    )
     inside = ((points[:, :2] > 0.01) & (points[:, :2] < 0.99)).all(axis=1)
     depths = np.stack([view.front, view.back]).astype(np.float32) - hips
     example = Example(
@@ -101,16 +116,22 @@ def mirrored(example: Example) -> Example:
     )
 
 
-def _changed(picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) mostly before grey, with something before it, in other light; and a mask (256, 256) with errors, or none at all.
+def _changed(
+    picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """A picture (256, 256, 3) mostly before grey, with something before it, in other light; and a
+    mask (256, 256) with errors, or none at all.
 
-    Two masks in five take what is near the person of `things` (256, 256) for the person, as segmentations do.
+    Two masks in five take what is near the person of `things` (256, 256) for the person, as
+    segmentations do.
     """
     import cv2
 
     size, picture, mask = len(mask), picture.copy(), mask.copy()
     if things.any() and generator.random() < 0.4:
-        reach = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(generator.integers(4, 40)) + 1,) * 2)
+        reach = cv2.getStructuringElement(
+            cv2.MORPH_ELLIPSE, (2 * int(generator.integers(4, 40)) + 1,) * 2
+        )
         mask = np.maximum(mask, cv2.dilate(mask, reach) * things)
     if generator.random() < 0.88:
         plain = generator.random(3).astype(np.float32) if generator.random() < 0.15 else GREY
@@ -122,7 +143,9 @@ def _changed(picture: FloatArray, mask: FloatArray, things: BoolArray, generator
         picture = before_grey(picture, cover, softness=generator.uniform(0.6, 1.6), grey=plain)
     if generator.random() < 0.2:
         middle, extent = generator.random(2), 0.08 + 0.2 * generator.random(2)
-        left, top, right, bottom = (np.clip(np.r_[middle - extent / 2, middle + extent / 2], 0, 1) * size).astype(int)
+        left, top, right, bottom = (
+            np.clip(np.r_[middle - extent / 2, middle + extent / 2], 0, 1) * size
+        ).astype(int)
         picture[top:bottom, left:right] = generator.random(3)
         if generator.random() < 0.6:
             mask[top:bottom, left:right] = 0

@@ -10,8 +10,14 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.lab.bodymap.examples import Example
 from a2v.lab.bodymap.networks import MAPS, BodyMaps
 
-_LIMB_LANDMARKS = [index for index, name in enumerate(BLAZEPOSE) if name.split("_")[-1] in ("elbow", "wrist", "knee", "ankle")]
-_FRONT, _LOG_FRONT, _LOG_PLACE, _INSIDE = (MAPS.index(name) for name in ("front", "log_front", "log_place", "inside"))
+_LIMB_LANDMARKS = [
+    index
+    for index, name in enumerate(BLAZEPOSE)
+    if name.split("_")[-1] in ("elbow", "wrist", "knee", "ankle")
+]
+_FRONT, _LOG_FRONT, _LOG_PLACE, _INSIDE = (
+    MAPS.index(name) for name in ("front", "log_front", "log_place", "inside")
+)
 
 
 def tensors(batch: Example, device: torch.device) -> dict[str, Tensor]:
@@ -22,7 +28,8 @@ def tensors(batch: Example, device: torch.device) -> dict[str, Tensor]:
 
 
 def losses(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Weighted losses of a batch: mean absolute errors, and negative log likelihoods of Laplace distributions with the scales that are told.
+    """Weighted losses of a batch: mean absolute errors, and negative log likelihoods of Laplace
+    distributions with the scales that are told.
 
     Parameters
     ----------
@@ -53,7 +60,8 @@ def losses(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
         "front": 8 * mean(depths[:, 0], seen[:, 0]),
         "back": 4 * mean(depths[:, 1], seen[:, 1]),
         "maps_likelihood": 0.05 * of_maps,
-        "inside": 0.1 * functional.binary_cross_entropy_with_logits(maps[:, _INSIDE], seen[:, 0].float()),
+        "inside": 0.1
+        * functional.binary_cross_entropy_with_logits(maps[:, _INSIDE], seen[:, 0].float()),
     }
 
 
@@ -63,9 +71,11 @@ def _laplace(error: Tensor, log_scale: Tensor) -> Tensor:
 
 
 def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Mean errors (B,) of each view, centimetres (places: of their own unit); NaN where nothing is seen.
+    """Mean errors (B,) of each view, centimetres (places: of their own unit); NaN where nothing is
+    seen.
 
-    Elbows, wrists, knees and ankles within the picture: distance in the picture's plane, and in depth; depth of all landmarks; of the front.
+    Elbows, wrists, knees and ankles within the picture: distance in the picture's plane, and in
+    depth; depth of all landmarks; of the front.
     """
     centimetres = 100 / true["scale"]
     inside = true["weights"] > 0.25
@@ -73,7 +83,9 @@ def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     seen = true["seen"][:, 0]
     count = seen.sum(dim=(1, 2))
     front = ((told.maps[:, _FRONT] - true["depths"][:, 0]).abs() * seen).sum(dim=(1, 2)) / count
-    place = ((told.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(dim=(1, 2)) / count
+    place = ((told.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(
+        dim=(1, 2)
+    ) / count
     return {
         "limbs": gap[:, _LIMB_LANDMARKS, :2].norm(dim=-1).nanmean(dim=1) * centimetres,
         "limbs_depth": gap[:, _LIMB_LANDMARKS, 2].abs().nanmean(dim=1) * centimetres,

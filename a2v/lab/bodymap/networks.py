@@ -1,7 +1,9 @@
-"""The network of the body map: BlazePose's layers, maps at 64 pixels, and landmarks by integral regression with attention among them.
+"""The network of the body map: BlazePose's layers, maps at 64 pixels, and landmarks by integral
+regression with attention among them.
 
-A picture (B, 4, 256, 256) is a square around a person, RGB and mask in [0, 1]. All lengths are fractions of the square's side: u right, v down from
-its upper left corner, depth towards the camera from the middle of the hips.
+A picture (B, 4, 256, 256) is a square around a person, RGB and mask in [0, 1]. All lengths are
+fractions of the square's side: u right, v down from its upper left corner, depth towards the camera
+from the middle of the hips.
 """
 
 from __future__ import annotations
@@ -20,9 +22,19 @@ SIDE = 256
 """Pixels a side of the picture."""
 MAP_SIDE = 64
 """Pixels a side of the maps."""
-MAPS = ("place_x", "place_y", "place_z", "front", "back", "log_front", "log_back", "log_place", "inside")
-"""Channels of the maps: the place on the body (`a2v.body.places`), depth of front and back; natural logarithms of the Laplace scales of front, back
-and place; the logit of the silhouette."""
+MAPS = (
+    "place_x",
+    "place_y",
+    "place_z",
+    "front",
+    "back",
+    "log_front",
+    "log_back",
+    "log_place",
+    "inside",
+)
+"""Channels of the maps: the place on the body (`a2v.body.places`), depth of front and back; natural
+logarithms of the Laplace scales of front, back and place; the logit of the silhouette."""
 TAPS = (279, 277, 251, 269, 316)
 """Tensors of BlazePose's file at strides 4, 8, 16, 32 and 64."""
 CHANNELS = (48, 48, 88, 144, 288)
@@ -37,7 +49,8 @@ TOKEN = 128
 """Channels of a landmark's token."""
 _OWN_SCALE = (1 / SIDE, 1 / SIDE, 1 / SIDE, 0.1, 0.1)
 _OWN_DEPTH = -0.186
-"""BlazePose's depth, away from the camera, as depth towards it: fitted to quick views of held-out people by least squares."""
+"""BlazePose's depth, away from the camera, as depth towards it: fitted to quick views of held-out
+people by least squares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +62,8 @@ class BodyMaps:
     points : (B, 33, 3)
         BlazePose's landmarks: u, v, depth.
     first : (B, 33, 3)
-        What the heat maps say of them: `points` lies between this and BlazePose's own, and is then corrected.
+        What the heat maps say of them: `points` lies between this and BlazePose's own, and is then
+        corrected.
     log_scales : (B, 33, 2)
         Natural logarithms of the Laplace scales in the picture and of the depth.
     maps : (B, 9, 64, 64)
@@ -64,8 +78,8 @@ class BodyMaps:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What was read out of the pixels: features (B, 64, 64, 64), `maps`, heat and depth (B, 66, 64, 64) of the landmarks, features (B, 288) of
-    the whole, and BlazePose's own landmarks (B, 33, 5).
+    """What was read out of the pixels: features (B, 64, 64, 64), `maps`, heat and depth (B, 66, 64,
+    64) of the landmarks, features (B, 288) of the whole, and BlazePose's own landmarks (B, 33, 5).
     """
 
     pixels: Tensor
@@ -76,11 +90,20 @@ class Seen:
 
     def float(self) -> Seen:
         """All in float32."""
-        return Seen(self.pixels.float(), self.maps.float(), self.marks.float(), self.whole.float(), self.own.float())
+        return Seen(
+            self.pixels.float(),
+            self.maps.float(),
+            self.marks.float(),
+            self.whole.float(),
+            self.own.float(),
+        )
 
 
 def _convolution(inputs: int, outputs: int, kernel: int = 3, groups: int = 1) -> nn.Sequential:
-    return nn.Sequential(nn.Conv2d(inputs, outputs, kernel, 1, kernel // 2, groups=groups, bias=False), nn.BatchNorm2d(outputs))
+    return nn.Sequential(
+        nn.Conv2d(inputs, outputs, kernel, 1, kernel // 2, groups=groups, bias=False),
+        nn.BatchNorm2d(outputs),
+    )
 
 
 class _Mixer(nn.Module):
@@ -89,7 +112,10 @@ class _Mixer(nn.Module):
     def __init__(self, width: int, kernel: int = 5) -> None:
         super().__init__()
         self.change = nn.Sequential(
-            _convolution(width, width, kernel, groups=width), _convolution(width, 2 * width, 1), nn.ReLU(True), _convolution(2 * width, width, 1)
+            _convolution(width, width, kernel, groups=width),
+            _convolution(width, 2 * width, 1),
+            nn.ReLU(True),
+            _convolution(2 * width, width, 1),
         )
 
     def forward(self, values: Tensor) -> Tensor:
@@ -107,13 +133,17 @@ class Backbone(nn.Module):
         self.layers.freeze_until(EDGES)
 
     def forward(self, picture: Tensor) -> tuple[list[Tensor], Tensor]:
-        """Features (B, C, H, W) from fine to coarse, and landmarks (B, 33, 5), lengths in sides of the picture."""
+        """Features (B, C, H, W) from fine to coarse, and landmarks (B, 33, 5), lengths in sides of
+        the picture."""
         *features, own = self.layers(picture[:, :3])
-        return features, own[:, : 5 * len(BLAZEPOSE)].reshape(-1, len(BLAZEPOSE), 5) * own.new_tensor(_OWN_SCALE)
+        return features, own[:, : 5 * len(BLAZEPOSE)].reshape(
+            -1, len(BLAZEPOSE), 5
+        ) * own.new_tensor(_OWN_SCALE)
 
 
 class BodyMapNetwork(nn.Module):
-    """See the module. The mask enters where the features have been read: BlazePose knows photographs, not masks."""
+    """See the module. The mask enters where the features have been read: BlazePose knows
+    photographs, not masks."""
 
     grid: Tensor
 
@@ -122,39 +152,61 @@ class BodyMapNetwork(nn.Module):
         self.backbone = Backbone()
         self.veil, self.veil16 = nn.Conv2d(1, TOP, 5, 1, 2), nn.Conv2d(1, WIDTH, 3, 1, 1)
         self.narrow = nn.Conv2d(WIDTH, TOP, 1)
-        self.lateral = nn.ModuleList(nn.Conv2d(channels, WIDTH if level else TOP, 1) for level, channels in enumerate(CHANNELS))
+        self.lateral = nn.ModuleList(
+            nn.Conv2d(channels, WIDTH if level else TOP, 1)
+            for level, channels in enumerate(CHANNELS)
+        )
         self.deep = nn.Sequential(_Mixer(WIDTH), _Mixer(WIDTH))
-        self.mid = nn.ModuleList(nn.Sequential(_convolution(WIDTH, WIDTH), nn.ReLU(True)) for _ in CHANNELS[1:-1])
+        self.mid = nn.ModuleList(
+            nn.Sequential(_convolution(WIDTH, WIDTH), nn.ReLU(True)) for _ in CHANNELS[1:-1]
+        )
         self.mid32 = nn.Sequential(_Mixer(WIDTH), _Mixer(WIDTH), _Mixer(WIDTH))
         self.top = _Mixer(TOP, 3)
         self.maps = nn.Conv2d(TOP, len(MAPS), 1)
         count = len(BLAZEPOSE)
         self.marks = nn.Conv2d(TOP, 2 * count, 1)  # heat and depth of each
-        self.embed, self.whole, self.own = nn.Linear(TOP + 6, TOKEN), nn.Linear(CHANNELS[-1], TOKEN), nn.Linear(5, TOKEN)
+        self.embed, self.whole, self.own = (
+            nn.Linear(TOP + 6, TOKEN),
+            nn.Linear(CHANNELS[-1], TOKEN),
+            nn.Linear(5, TOKEN),
+        )
         self.name = nn.Parameter(0.02 * torch.randn(count, TOKEN))
-        layer = nn.TransformerEncoderLayer(TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu")
+        layer = nn.TransformerEncoderLayer(
+            TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu"
+        )
         self.attend = nn.TransformerEncoder(layer, 3, enable_nested_tensor=False)
-        self.out = nn.Linear(TOKEN, 7)  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
+        self.out = nn.Linear(
+            TOKEN, 7
+        )  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
         nn.init.zeros_(self.out.weight)
         with torch.no_grad():
             self.out.bias.copy_(torch.tensor([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, -2.0]))
         middle = (torch.arange(MAP_SIDE) + 0.5) / MAP_SIDE
         across, down = torch.meshgrid(middle, middle, indexing="xy")
-        self.register_buffer("grid", torch.stack([across, down], dim=-1).reshape(-1, 2).contiguous())
+        self.register_buffer(
+            "grid", torch.stack([across, down], dim=-1).reshape(-1, 2).contiguous()
+        )
 
     def look(self, picture: Tensor) -> Seen:
-        """The part of the work that grows with the pixels, for pictures (B, 4, 256, 256); it may run in half precision."""
+        """The part of the work that grows with the pixels, for pictures (B, 4, 256, 256); it may
+        run in half precision."""
         seen, own = self.backbone(picture)
         levels = [lateral(level) for lateral, level in zip(self.lateral, seen, strict=True)]
         mask = functional.avg_pool2d(picture[:, 3:], SIDE // MAP_SIDE)
         values: Tensor = self.deep(levels[-1])
         for level in range(len(levels) - 2, 0, -1):
-            values = functional.interpolate(values, scale_factor=2.0, mode="nearest") + levels[level]
+            values = (
+                functional.interpolate(values, scale_factor=2.0, mode="nearest") + levels[level]
+            )
             if level == 2:
                 values = values + self.veil16(functional.avg_pool2d(mask, 4))
             values = self.mid[level - 1](values)
         values = self.narrow(self.mid32(values))
-        values = functional.interpolate(values, scale_factor=2.0, mode="bilinear", align_corners=False) + levels[0] + self.veil(mask)
+        values = (
+            functional.interpolate(values, scale_factor=2.0, mode="bilinear", align_corners=False)
+            + levels[0]
+            + self.veil(mask)
+        )
         pixels = self.top(values)
         return Seen(pixels, self.maps(pixels), self.marks(pixels), seen[-1].mean(dim=(2, 3)), own)
 

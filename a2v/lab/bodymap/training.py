@@ -1,4 +1,5 @@
-"""Training of the body map on quick views; a killed run resumes from its checkpoint, on a CPU or with CUDA."""
+"""Training of the body map on quick views; a killed run resumes from its checkpoint, on a CPU or
+with CUDA."""
 
 from __future__ import annotations
 
@@ -17,7 +18,15 @@ from a2v.errors import InputError
 from a2v.lab.bodymap.examples import QuickViews, make_example, stack
 from a2v.lab.bodymap.losses import errors, losses, tensors
 from a2v.lab.bodymap.networks import BodyMapNetwork
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.runs import (
+    RateSchedule,
+    Run,
+    RunSettings,
+    Training,
+    carry_on,
+    identity,
+    read_checkpoint,
+)
 from a2v.lab.untracing import calibrate, fill, read_weights
 from a2v.perception.bodymap import FILE as SHIPPED
 
@@ -51,8 +60,8 @@ class BodyMapSettings(RunSettings):
     measured : int
         Views of the validation split that every row of the log is measured on.
     initial : str
-        Folder of another run whose averaged weights to begin with, or of a ``bodymap.onnx``, "shipped" for the one that comes with a2v, "" for
-        BlazePose's.
+        Folder of another run whose averaged weights to begin with, or of a ``bodymap.onnx``,
+        "shipped" for the one that comes with a2v, "" for BlazePose's.
     """
 
     iterations: int = 12_000
@@ -70,7 +79,9 @@ class BodyMapSettings(RunSettings):
         if min(self.iterations, self.batch_size, self.log_every) < 1:
             raise InputError("iterations, batch_size and log_every must be positive")
         if not 0 <= self.average < 1 or min(self.backbone_share, self.measured) < 0:
-            raise InputError("average must be from 0 to below 1, and backbone_share and measured at least 0")
+            raise InputError(
+                "average must be from 0 to below 1, and backbone_share and measured at least 0"
+            )
 
 
 def initial_folder(initial: str) -> Path:
@@ -100,7 +111,11 @@ def load_network(folder: str | os.PathLike[str]) -> tuple[BodyMapNetwork, dict[s
     content = read_checkpoint(Path(folder) / FILE, ("average", "iteration"))
     network = BodyMapNetwork()
     network.load_state_dict(content["average"])
-    facts = {"training": content["made_with"], "iterations": content["iteration"], "seconds": round(content["seconds"])}
+    facts = {
+        "training": content["made_with"],
+        "iterations": content["iteration"],
+        "seconds": round(content["seconds"]),
+    }
     return network.eval(), facts
 
 
@@ -121,15 +136,28 @@ class BodyMapTraining(Training):
         super().__init__()
         self.settings, self.device = settings, settings.claim()
         torch.manual_seed(settings.seed)
-        self.model: BodyMapNetwork = BodyMapNetwork().to(self.device, memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.model: BodyMapNetwork = BodyMapNetwork().to(
+            self.device, memory_format=torch.channels_last
+        )  # type: ignore[call-overload]
         self.average: BodyMapNetwork = copy.deepcopy(self.model)
         self.average.eval().requires_grad_(False)
         backbone = [weight for weight in self.model.backbone.parameters() if weight.requires_grad]
-        own = [weight for name, weight in self.model.named_parameters() if not name.startswith("backbone.")]
-        groups: list[dict[str, Any]] = [{"params": own}, {"params": backbone, "share": settings.backbone_share}]
-        self.optimizer = torch.optim.AdamW(groups, settings.learning_rate, weight_decay=settings.weight_decay)
+        own = [
+            weight
+            for name, weight in self.model.named_parameters()
+            if not name.startswith("backbone.")
+        ]
+        groups: list[dict[str, Any]] = [
+            {"params": own},
+            {"params": backbone, "share": settings.backbone_share},
+        ]
+        self.optimizer = torch.optim.AdamW(
+            groups, settings.learning_rate, weight_decay=settings.weight_decay
+        )
         warm_up = max(1, min(300, settings.iterations // 10))
-        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=warm_up)
+        self.rate = RateSchedule(
+            peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=warm_up
+        )
         self.generator = np.random.default_rng(settings.seed)
         self.views = QuickViews(views, "training")
         self.held_out = QuickViews(views, "validation") if settings.measured else None
@@ -144,7 +172,9 @@ class BodyMapTraining(Training):
             self.model.load_state_dict(network.state_dict())
         else:
             fill(self.model, stored_weights(folder), otherwise="leave initial out")
-            calibrate(self.model, (self._batch()["picture"] for _ in range(CALIBRATION)), self.model.look)
+            calibrate(
+                self.model, (self._batch()["picture"] for _ in range(CALIBRATION)), self.model.look
+            )
         self.average.load_state_dict(self.model.state_dict())
 
     def step(self) -> dict[str, float]:
@@ -158,19 +188,26 @@ class BodyMapTraining(Training):
         found = losses(self.model.conclude(seen.float()), true)
         self.descend(torch.stack(list(found.values())).sum(), largest_gradient=2.0)
         self._take_average()
-        return {"views": float(len(self.views))} | {name: float(value.detach()) for name, value in found.items()}
+        return {"views": float(len(self.views))} | {
+            name: float(value.detach()) for name, value in found.items()
+        }
 
     def _batch(self) -> dict[str, Tensor]:
         """The examples of an iteration."""
         chosen = self.generator.integers(0, len(self.views), self.settings.batch_size)
-        return tensors(stack([make_example(self.views.view(int(index)), self.generator) for index in chosen]), self.device)
+        return tensors(
+            stack([make_example(self.views.view(int(index)), self.generator) for index in chosen]),
+            self.device,
+        )
 
     @torch.no_grad()
     def _take_average(self) -> None:
         """Move the average towards the weights, at first quickly."""
         done = self.iteration + 1
         kept = min(self.settings.average, done / (done + 100))
-        for averaged, own in zip(self.average.state_dict().values(), self.model.state_dict().values(), strict=True):
+        for averaged, own in zip(
+            self.average.state_dict().values(), self.model.state_dict().values(), strict=True
+        ):
             if averaged.dtype.is_floating_point:
                 averaged.lerp_(own, 1 - kept)
             else:
@@ -178,17 +215,22 @@ class BodyMapTraining(Training):
 
     @torch.no_grad()
     def measure(self) -> dict[str, float]:
-        """Errors of the averaged network on people, clothes and clips that training never shows; see `errors`."""
+        """Errors of the averaged network on people, clothes and clips that training never shows;
+        see `errors`."""
         if self.held_out is None:
             return {}
         found: dict[str, list[Tensor]] = {}
         count = min(self.settings.measured, len(self.held_out))
         for start in range(0, count, _AT_ONCE):
-            views = [self.held_out.view(index) for index in range(start, min(start + _AT_ONCE, count))]
+            views = [
+                self.held_out.view(index) for index in range(start, min(start + _AT_ONCE, count))
+            ]
             true = tensors(stack([make_example(view) for view in views]), self.device)
             for name, values in errors(self.average(true["picture"]), true).items():
                 found.setdefault(name, []).append(values)
-        return {f"held_out_{name}": float(torch.cat(values).nanmean()) for name, values in found.items()}
+        return {
+            f"held_out_{name}": float(torch.cat(values).nanmean()) for name, values in found.items()
+        }
 
     def content(self) -> dict[str, Any]:
         """Weights, their average, and the generator's state."""
@@ -219,19 +261,24 @@ def train_bodymap(
     Parameters
     ----------
     views : path
-        What `a2v.lab.studio.quick.dataset.write_quick_views` wrote; views that are added while it trains are used as they come.
+        What `a2v.lab.studio.quick.dataset.write_quick_views` wrote; views that are added while it
+        trains are used as they come.
     folder : path
         Of the run.
     on_log : callable
-        Called with the mean losses since the last call and the held-out errors, every `log_every` iterations.
+        Called with the mean losses since the last call and the held-out errors, every `log_every`
+        iterations.
 
     Raises
     ------
     InputError
-        No views, other settings than those of the checkpoint, an initial run that is none, or a training that diverges.
+        No views, other settings than those of the checkpoint, an initial run that is none, or a
+        training that diverges.
     """
     settings = settings or BodyMapSettings()
-    run = Run(Path(folder) / FILE, identity(settings, digest="quick views"), settings.checkpoint_seconds)
+    run = Run(
+        Path(folder) / FILE, identity(settings, digest="quick views"), settings.checkpoint_seconds
+    )
     training = BodyMapTraining(views, settings)
     carry_on(training, run, settings, iterations=settings.iterations, on_log=on_log)
     return training.average

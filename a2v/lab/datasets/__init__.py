@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 DATASETS = ("humanact12", "humanact12-fine", "cmu", "cmu-fine", "ntu_vibe", "bvh")
 
 
-def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None = None, progress: Progress | None = None) -> ActionDataset:
+def load_dataset(
+    name: str,
+    path: str | Path,
+    *,
+    bvh: BVHFolderSettings | None = None,
+    progress: Progress | None = None,
+) -> ActionDataset:
     """Load the data set called `name` (one of `DATASETS`) from `path`.
 
     Parameters
@@ -41,7 +47,9 @@ def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None =
 
         return load_bvh_folder(path, bvh, progress=progress)
     if bvh is not None:
-        raise InputError(f"{name} has its own rate, length and units; they can be set for 'bvh' only")
+        raise InputError(
+            f"{name} has its own rate, length and units; they can be set for 'bvh' only"
+        )
     if name == "cmu":
         return load_cmu(path)
     if name == "cmu-fine":
@@ -55,4 +63,13 @@ def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None =
     raise InputError(f"unknown data set '{name}'; choose from {', '.join(DATASETS)}")
 
 
-__all__ = ["DATASETS", "ActionDataset", "ClipSampler", "NativeFrame", "load_cmu", "load_cmu_fine", "load_dataset", "load_humanact12"]
+__all__ = [
+    "DATASETS",
+    "ActionDataset",
+    "ClipSampler",
+    "NativeFrame",
+    "load_cmu",
+    "load_cmu_fine",
+    "load_dataset",
+    "load_humanact12",
+]

@@ -27,16 +27,24 @@ class _NoClass:
 
 
 class _StoredArray:
-    """What joblib leaves in the place of an array; the numbers follow in the stream (its format since 0.10)."""
+    """What joblib leaves in the place of an array; the numbers follow in the stream (its format
+    since 0.10)."""
 
     def read(self, stream: io.BytesIO) -> np.ndarray:
         """The array, bounded by what is left of the file."""
         shape, order, dtype = (self.__dict__.get(name) for name in ("shape", "order", "dtype"))
-        if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(shape, tuple) or order not in ("C", "F"):
+        if (
+            not isinstance(dtype, np.dtype)
+            or dtype.kind not in _PLAIN_KINDS
+            or not isinstance(shape, tuple)
+            or order not in ("C", "F")
+        ):
             raise _Forbidden(f"an array of {brief(dtype)} and shape {brief(shape)}")
         if not all(isinstance(n, int) and n >= 0 for n in shape):
             raise _Forbidden(f"an array of shape {brief(shape)}")
-        if self.__dict__.get("numpy_array_alignment_bytes") is not None:  # since joblib 1.2: a byte that counts the padding
+        if (
+            self.__dict__.get("numpy_array_alignment_bytes") is not None
+        ):  # since joblib 1.2: a byte that counts the padding
             stream.read(stream.read(1)[0])
         size = math.prod(shape) * dtype.itemsize
         data = stream.read(size) if size <= len(stream.getbuffer()) else b""
@@ -60,7 +68,12 @@ def _dtype(code: object, *_: object) -> np.dtype:
 
 
 def _scalar(dtype: object, data: object) -> Any:
-    if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(data, bytes) or len(data) != dtype.itemsize:
+    if (
+        not isinstance(dtype, np.dtype)
+        or dtype.kind not in _PLAIN_KINDS
+        or not isinstance(data, bytes)
+        or len(data) != dtype.itemsize
+    ):
         raise _Forbidden("a number of a foreign type")
     return np.frombuffer(data, dtype=dtype)[0]
 
@@ -79,7 +92,11 @@ def _no_bytes() -> bytes:
 
 def _from_buffer(data: object, dtype: object, shape: object, order: object) -> np.ndarray:
     """How protocol 5 writes arrays."""
-    if not isinstance(data, bytes | bytearray) or not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS:
+    if (
+        not isinstance(data, bytes | bytearray)
+        or not isinstance(dtype, np.dtype)
+        or dtype.kind not in _PLAIN_KINDS
+    ):
         raise _Forbidden("an array of Python objects")
     return np.frombuffer(data, dtype=dtype).reshape(shape, order=order)  # type: ignore[call-overload, no-any-return]
 
@@ -98,7 +115,8 @@ _ALLOWED: dict[tuple[str, str], Any] = {
 
 
 class _ArrayUnpickler(pickle._Unpickler):
-    """Python's own unpickler (the one in C cannot be stopped inside the stream) with a list of what may be named."""
+    """Python's own unpickler (the one in C cannot be stopped inside the stream) with a list of what
+    may be named."""
 
     stack: list[Any]
     memo: dict[int, Any]
@@ -120,19 +138,37 @@ class _ArrayUnpickler(pickle._Unpickler):
         state, target = self.stack.pop(), self.stack[-1]
         made: np.ndarray | np.dtype
         if isinstance(target, _StoredArray) and isinstance(state, dict):
-            target.__dict__.update({key: state.get(key) for key in ("shape", "order", "dtype", "numpy_array_alignment_bytes")})
+            target.__dict__.update(
+                {
+                    key: state.get(key)
+                    for key in ("shape", "order", "dtype", "numpy_array_alignment_bytes")
+                }
+            )
             made = target.read(self.stream)
         elif isinstance(target, np.ndarray) and isinstance(state, tuple) and len(state) == 5:
             _, shape, dtype, column_major, data = state
-            if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(data, bytes):
+            if (
+                not isinstance(dtype, np.dtype)
+                or dtype.kind not in _PLAIN_KINDS
+                or not isinstance(data, bytes)
+            ):
                 raise _Forbidden("an array of Python objects")
-            made = np.frombuffer(data, dtype=dtype).reshape(shape, order="F" if column_major else "C")
-        elif isinstance(target, np.dtype) and isinstance(state, tuple) and len(state) > 1 and state[1] in ("<", ">", "=", "|"):
+            made = np.frombuffer(data, dtype=dtype).reshape(
+                shape, order="F" if column_major else "C"
+            )
+        elif (
+            isinstance(target, np.dtype)
+            and isinstance(state, tuple)
+            and len(state) > 1
+            and state[1] in ("<", ">", "=", "|")
+        ):
             made = target.newbyteorder(state[1])
         else:
             raise _Forbidden(f"a state for {type(target).__name__}")
         self.stack[-1] = made
-        for key in reversed(self.memo):  # later references mean the filled one; it was remembered a moment ago
+        for key in reversed(
+            self.memo
+        ):  # later references mean the filled one; it was remembered a moment ago
             if self.memo[key] is target:
                 self.memo[key] = made
                 break
@@ -152,8 +188,8 @@ class _ArrayUnpickler(pickle._Unpickler):
 def read_arrays_pickle(data: bytes, where: str) -> Any:
     """Read a pickle, or an uncompressed joblib file, of numbers, text, containers and numpy arrays.
 
-    Nothing that the file names is imported or called: arrays are built from their bytes. Arrays of objects, subclasses and every
-    other class are refused.
+    Nothing that the file names is imported or called: arrays are built from their bytes. Arrays of
+    objects, subclasses and every other class are refused.
 
     Parameters
     ----------
@@ -168,10 +204,16 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
         It is no such file; the message says what it asked for.
     """
     if data[:1] != pickle.PROTO:
-        raise InputError(f"{where} is no pickle of Python 3, or a compressed one; save it anew with joblib.dump(value, path)")
+        raise InputError(
+            f"{where} is no pickle of Python 3, or a compressed one; save it anew with joblib.dump(value, path)"
+        )
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()
     except _Forbidden as error:
-        raise InputError(f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain values are read") from None
+        raise InputError(
+            f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain values are read"
+        ) from None
     except Exception as error:  # the unpickler raises every kind for a damaged stream
-        raise InputError(f"{where} is a damaged pickle ({type(error).__name__}: {shorten(error)})") from None
+        raise InputError(
+            f"{where} is a damaged pickle ({type(error).__name__}: {shorten(error)})"
+        ) from None

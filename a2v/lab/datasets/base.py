@@ -22,7 +22,8 @@ from a2v.types import FloatArray, IntArray, Motion
 MAX_FILE_BYTES = 64 << 20
 """A single clip larger than this is refused before it is read."""
 MAX_ARCHIVE_BYTES = 256 << 20
-"""A zip that unpacks to more is refused: all its clips are kept in memory. The published sets have 24 and 46 MB."""
+"""A zip that unpacks to more is refused: all its clips are kept in memory. The published sets have
+24 and 46 MB."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +44,8 @@ class NativeFrame:
     signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def flip(self, joints: FloatArray) -> FloatArray:
-        """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own inverse."""
+        """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own
+        inverse."""
         flipped: FloatArray = joints * np.asarray(self.signs, dtype=np.float32)
         return flipped
 
@@ -71,8 +73,8 @@ class Clip:
 class ActionDataset:
     """Clips of skeletal motion with an action each.
 
-    Joints are kept in the world's axes (y up) but in the data set's own unit, in which the papers' models and
-    classifiers work; `motion` gives metres.
+    Joints are kept in the world's axes (y up) but in the data set's own unit, in which the papers'
+    models and classifiers work; `motion` gives metres.
 
     Attributes
     ----------
@@ -93,12 +95,13 @@ class ActionDataset:
         Frames the papers generate and evaluate.
     frame : NativeFrame
     trajectory : bool
-        Whether the roots travel; False where they are only known up to the person's own position (NTU-VIBE).
+        Whether the roots travel; False where they are only known up to the person's own position
+        (NTU-VIBE).
     notes : tuple of str
         What the loader wants people to know: files it passed over, units it guessed.
     traits : tuple of tuples of str
-        What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can be learned from their like; empty
-        where nothing is known.
+        What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can
+        be learned from their like; empty where nothing is known.
     descriptions : tuple of tuples of str
         What people said of each action's clips; empty where nothing is known.
     """
@@ -144,22 +147,28 @@ class ActionDataset:
     @cached_property
     def clip_bone_lengths(self) -> FloatArray:
         """Median bone lengths of each clip, (N, J) float32, native units."""
-        lengths: FloatArray = np.stack([np.median(bone_lengths(joints, self.skeleton), axis=0) for joints in self.joints]).astype(
-            np.float32
-        )
+        lengths: FloatArray = np.stack(
+            [np.median(bone_lengths(joints, self.skeleton), axis=0) for joints in self.joints]
+        ).astype(np.float32)
         return lengths
 
     @cached_property
     def _motion_skeleton(self) -> Skeleton:
-        return skeleton_of(self.skeleton.name, self.skeleton.parents.tolist(), self.skeleton.joint_names)
+        return skeleton_of(
+            self.skeleton.name, self.skeleton.parents.tolist(), self.skeleton.joint_names
+        )
 
     def motion(self, index: int) -> Motion:
-        """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the ground."""
+        """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the
+        ground."""
         joints = self.joints[index] * np.float32(self.frame.metres_per_unit)
-        joints = joints - np.array([joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32)
+        joints = joints - np.array(
+            [joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32
+        )
         return Motion(
             joints=joints,
-            # a Motion names its skeleton: the rotations are those of the skeleton that this name gives
+            # a Motion names its skeleton: the rotations are those of the skeleton that this name
+            # gives
             rotations=inverse_kinematics(joints, self._motion_skeleton).astype(np.float32),
             root=joints[:, 0],
             fps=self.fps,
@@ -190,17 +199,25 @@ class ActionDataset:
         """
         known = set(self.subjects)
         if missing := sorted(set(held_out) - known):
-            raise InputError(f"{self.name} has no subject '{missing[0]}'; it has {', '.join(sorted(known))}")
+            raise InputError(
+                f"{self.name} has no subject '{missing[0]}'; it has {', '.join(sorted(known))}"
+            )
         inside = [i for i, subject in enumerate(self.subjects) if subject in set(held_out)]
         outside = [i for i, subject in enumerate(self.subjects) if subject not in set(held_out)]
         if not inside or not outside:
-            raise InputError(f"holding out {', '.join(held_out)} leaves one side of {self.name} empty")
+            raise InputError(
+                f"holding out {', '.join(held_out)} leaves one side of {self.name} empty"
+            )
         return self.subset(outside), self.subset(inside)
 
-    def split_clips(self, share: float = 0.2, *, seed: int = 0) -> tuple[ActionDataset, ActionDataset]:
-        """(training, held-out) clips, `share` of every action in the latter; an action keeps at least one for training.
+    def split_clips(
+        self, share: float = 0.2, *, seed: int = 0
+    ) -> tuple[ActionDataset, ActionDataset]:
+        """(training, held-out) clips, `share` of every action in the latter; an action keeps at
+        least one for training.
 
-        For data whose subjects are unknown: clips of one person on both sides make results look better than `split` would.
+        For data whose subjects are unknown: clips of one person on both sides make results look
+        better than `split` would.
 
         Raises
         ------
@@ -211,15 +228,23 @@ class ActionDataset:
         held: list[int] = []
         for label in np.unique(self.labels):
             own = np.flatnonzero(self.labels == label)
-            held += generator.permutation(own)[: min(max(round(share * len(own)), 1), len(own) - 1)].tolist()
+            held += generator.permutation(own)[
+                : min(max(round(share * len(own)), 1), len(own) - 1)
+            ].tolist()
         if not held:
-            raise InputError(f"no action of {self.name} has two clips; record more, so that some can be held out")
-        return self.subset(np.setdiff1d(np.arange(len(self)), held).tolist()), self.subset(sorted(held))
+            raise InputError(
+                f"no action of {self.name} has two clips; record more, so that some can be held out"
+            )
+        return self.subset(np.setdiff1d(np.arange(len(self)), held).tolist()), self.subset(
+            sorted(held)
+        )
 
     def choose_subjects(self, share: float = 0.2, *, seed: int = 0) -> tuple[str, ...]:
-        """Subjects to hold out: about `share` of the clips, with every action left on the training side.
+        """Subjects to hold out: about `share` of the clips, with every action left on the training
+        side.
 
-        Subjects are taken in a random order as long as they fit; so the choice depends on the data and on `seed` alone.
+        Subjects are taken in a random order as long as they fit; so the choice depends on the data
+        and on `seed` alone.
 
         Raises
         ------
@@ -227,7 +252,10 @@ class ActionDataset:
             There is only one subject, or none can be spared.
         """
         subjects, actions = np.array(self.subjects), set(self.labels.tolist())
-        order = [str(name) for name in np.random.default_rng(seed).permutation(sorted(set(self.subjects)))]
+        order = [
+            str(name)
+            for name in np.random.default_rng(seed).permutation(sorted(set(self.subjects)))
+        ]
         chosen: list[str] = []
 
         def spared(names: list[str]) -> bool:
@@ -250,10 +278,11 @@ class ActionDataset:
 class ClipSampler:
     """Random windows of a data set, all of one length, drawn without a loop over clips.
 
-    A window starts at a random frame of its clip; a clip that is too short is padded by repeating its last
-    pose; the first root is moved to the origin (the papers' protocol).
+    A window starts at a random frame of its clip; a clip that is too short is padded by repeating
+    its last pose; the first root is moved to the origin (the papers' protocol).
 
-    A `balance` is the share of a batch for which first an action is drawn, all alike, and then one of its clips; the others are drawn from all clips alike.
+    A `balance` is the share of a batch for which first an action is drawn, all alike, and then one
+    of its clips; the others are drawn from all clips alike.
     """
 
     def __init__(self, dataset: ActionDataset, length: int, *, balance: float = 0.0) -> None:
@@ -271,7 +300,9 @@ class ClipSampler:
         """One random window (B, length, J, 3) float32 of each clip index in `clips` (B,)."""
         slack = np.maximum(self._counts[clips] - self.length, 0)
         first = generator.integers(0, slack + 1)
-        index = np.minimum(first[:, None] + np.arange(self.length), self._counts[clips][:, None] - 1)
+        index = np.minimum(
+            first[:, None] + np.arange(self.length), self._counts[clips][:, None] - 1
+        )
         joints = self._frames[self._starts[clips][:, None] + index]
         moved: FloatArray = joints - joints[:, :1, :1]
         return moved
@@ -282,12 +313,17 @@ class ClipSampler:
         if self.balance:
             actions = generator.choice(np.flatnonzero(self._clips_of), size)
             first = np.cumsum(self._clips_of) - self._clips_of
-            alike = self._by_action[first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)]
+            alike = self._by_action[
+                first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)
+            ]
             clips = np.where(generator.random(size) < self.balance, alike, clips)
         return clips
 
-    def batch(self, size: int, generator: np.random.Generator) -> tuple[FloatArray, IntArray, FloatArray]:
-        """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B, J)."""
+    def batch(
+        self, size: int, generator: np.random.Generator
+    ) -> tuple[FloatArray, IntArray, FloatArray]:
+        """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B,
+        J)."""
         clips = self.draw(size, generator)
         return self.windows(clips, generator), self.labels[clips], self._lengths[clips]
 
@@ -303,13 +339,19 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
     if array.ndim == 2 and array.shape[1] == 3 * n_joints:
         array = array.reshape(len(array), n_joints, 3)
     if array.ndim != 3 or array.shape[1:] != (n_joints, 3):
-        raise InputError(f"{where}: joints have shape {array.shape}; expected (frames, {n_joints}, 3)")
+        raise InputError(
+            f"{where}: joints have shape {array.shape}; expected (frames, {n_joints}, 3)"
+        )
     if len(array) == 0:
         raise InputError(f"{where}: the clip has no frames")
     if len(array) == 1:
-        raise InputError(f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away")
+        raise InputError(
+            f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away"
+        )
     if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
-        raise InputError(f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN or infinity, or integers")
+        raise InputError(
+            f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN or infinity, or integers"
+        )
     return array.astype(np.float32)
 
 
@@ -325,7 +367,9 @@ class FileSource:
                 self._archive = zipfile.ZipFile(path)
                 unpacked = sum(info.file_size for info in self._archive.infolist())
             if unpacked > MAX_ARCHIVE_BYTES:
-                raise InputError(f"{path} unpacks to {unpacked >> 20} MB; at most {MAX_ARCHIVE_BYTES >> 20} MB are read: unpack it into a folder")
+                raise InputError(
+                    f"{path} unpacks to {unpacked >> 20} MB; at most {MAX_ARCHIVE_BYTES >> 20} MB are read: unpack it into a folder"
+                )
         else:
             raise InputError(f"{path} does not exist; give the data set's folder or zip archive")
 
@@ -334,8 +378,16 @@ class FileSource:
         if self._archive is not None:
             names = [name for name in self._archive.namelist() if not name.endswith("/")]
         else:
-            names = [item.relative_to(self.path).as_posix() for item in self.path.rglob(f"*{suffix}") if item.is_file()]
-        return sorted(name for name in names if name.endswith(suffix) and not PurePosixPath(name).name.startswith("."))
+            names = [
+                item.relative_to(self.path).as_posix()
+                for item in self.path.rglob(f"*{suffix}")
+                if item.is_file()
+            ]
+        return sorted(
+            name
+            for name in names
+            if name.endswith(suffix) and not PurePosixPath(name).name.startswith(".")
+        )
 
     def read(self, name: str) -> bytes:
         """The content of one file.
@@ -353,7 +405,9 @@ class FileSource:
                 raise InputError(f"{where} does not exist")
             size = self._archive.getinfo(name).file_size
             if size > MAX_FILE_BYTES:
-                raise InputError(f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)")
+                raise InputError(
+                    f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)"
+                )
             return self._archive.read(name)
 
     def read_npy(self, name: str) -> np.ndarray:
@@ -392,5 +446,7 @@ def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
     found = root / archive if root.is_dir() and (root / archive).is_file() else root
     source = FileSource(found)
     if not source.names(marker):
-        raise InputError(f"{found} holds no *{marker} files; expected the folder or zip of the data set ({archive})")
+        raise InputError(
+            f"{found} holds no *{marker} files; expected the folder or zip of the data set ({archive})"
+        )
     return source

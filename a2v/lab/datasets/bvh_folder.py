@@ -26,9 +26,11 @@ class BVHFolderSettings:
     fps : float
         Every clip is resampled to this rate, frames per second.
     frames : int
-        Length of the windows that models learn and are measured on; shorter clips hold their last pose.
+        Length of the windows that models learn and are measured on; shorter clips hold their last
+        pose.
     units : str
-        What the files measure in: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's height in the first file.
+        What the files measure in: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's
+        height in the first file.
     up : str
         The files' upward axis: x, y, z, -x, -y or -z; "" guesses from the first file.
     """
@@ -45,13 +47,16 @@ class BVHFolderSettings:
             raise InputError(f"frames is {self.frames}; expected 2 to 10000")
 
 
-def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None, *, progress: Progress | None = None) -> ActionDataset:
+def load_bvh_folder(
+    path: str | Path, settings: BVHFolderSettings | None = None, *, progress: Progress | None = None
+) -> ActionDataset:
     """Load ``ACTION/*.bvh`` or ``ACTION/SUBJECT/*.bvh`` below a folder or inside a zip archive.
 
-    Joints come from the files' own forward kinematics, in metres, y up. The skeleton is the first file's, with its rest
-    offsets as rest directions, and every other file must have the same joints; bone lengths may differ. Units and the
-    upward axis are decided once, on the first file. The subject of a clip is the folder between the action's and the
-    clip, else what its name has before the first underscore (CMU's habit), else "unknown".
+    Joints come from the files' own forward kinematics, in metres, y up. The skeleton is the first
+    file's, with its rest offsets as rest directions, and every other file must have the same
+    joints; bone lengths may differ. Units and the upward axis are decided once, on the first file.
+    The subject of a clip is the folder between the action's and the clip, else what its name has
+    before the first underscore (CMU's habit), else "unknown".
 
     Parameters
     ----------
@@ -63,8 +68,8 @@ def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None,
     Raises
     ------
     InputError
-        No such files, a file that cannot be used or that has another skeleton; the message names the file, and the line where
-        there is one.
+        No such files, a file that cannot be used or that has another skeleton; the message names
+        the file, and the line where there is one.
     """
     settings = settings or BVHFolderSettings()
     source = FileSource(Path(path))
@@ -76,7 +81,9 @@ def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None,
     up: str | None = settings.up or None
     for done, (name, (action, subject, clip)) in enumerate(names.items()):
         where = f"{source.path}/{name}"
-        motion = read_bvh(source.read(name), fps=settings.fps, units=units, up=up, action=action, name=where)
+        motion = read_bvh(
+            source.read(name), fps=settings.fps, units=units, up=up, action=action, name=where
+        )
         if first is None:
             first = (where, motion)
             units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
@@ -102,17 +109,29 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     """Action, subject and clip of each file by its name."""
     names = [name for name in source.names("") if name.lower().endswith(".bvh")]
     if not names:
-        raise InputError(f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips inside")
+        raise InputError(
+            f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips inside"
+        )
     inside = {name: PurePosixPath(name).parts for name in names}
     tops = {parts[0] for parts in inside.values()}
-    if source.path.is_file() and len(tops) == 1 and all(len(parts) > 2 for parts in inside.values()):
-        inside = {name: parts[1:] for name, parts in inside.items()}  # archives often wrap all in one folder
+    if (
+        source.path.is_file()
+        and len(tops) == 1
+        and all(len(parts) > 2 for parts in inside.values())
+    ):
+        inside = {
+            name: parts[1:] for name, parts in inside.items()
+        }  # archives often wrap all in one folder
     clips = {}
     for name, parts in inside.items():
         if len(parts) < 2:
-            raise InputError(f"{source.path}/{name} lies in no action's folder; move it to {source.path}/ACTION/{parts[-1]}")
+            raise InputError(
+                f"{source.path}/{name} lies in no action's folder; move it to {source.path}/ACTION/{parts[-1]}"
+            )
         stem = PurePosixPath(parts[-1]).stem
-        subject = parts[-2] if len(parts) > 2 else stem.partition("_")[0] if "_" in stem else "unknown"
+        subject = (
+            parts[-2] if len(parts) > 2 else stem.partition("_")[0] if "_" in stem else "unknown"
+        )
         clips[name] = (parts[0], subject, "/".join((*parts[:-1], stem)))
     return clips
 
@@ -124,7 +143,13 @@ def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -
         return
     missing = [name for name in wanted.joint_names if name not in found.joint_names]
     extra = [name for name in found.joint_names if name not in wanted.joint_names]
-    what = f"has no joint '{missing[0]}'" if missing else f"has a joint '{extra[0]}' more" if extra else "joins its joints differently"
+    what = (
+        f"has no joint '{missing[0]}'"
+        if missing
+        else f"has a joint '{extra[0]}' more"
+        if extra
+        else "joins its joints differently"
+    )
     raise InputError(
         f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, retarget the file or take it away"
     )
@@ -134,7 +159,9 @@ def _skeleton(motion: Motion) -> Skeleton:
     """The known skeleton of that name, or one with the rest pose of the file."""
     if motion.skeleton in SKELETONS:
         return SKELETONS[motion.skeleton]
-    skeleton = skeleton_from_parents(motion.parents.tolist(), motion.joint_names, motion.rest_offsets, name=motion.skeleton)
+    skeleton = skeleton_from_parents(
+        motion.parents.tolist(), motion.joint_names, motion.rest_offsets, name=motion.skeleton
+    )
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
 
     def known(names: Sequence[str]) -> tuple[int, ...]:

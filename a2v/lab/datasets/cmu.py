@@ -1,4 +1,5 @@
-"""The papers' CMU MoCap set: 1,088 clips of 8 actions, 20 joints at 12 Hz, from the published files."""
+"""The papers' CMU MoCap set: 1,088 clips of 8 actions, 20 joints at 12 Hz, from the published
+files."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ FILE_UNITS = 20.0
 """The papers divide the files' positions by this."""
 
 FRAME = NativeFrame(metres_per_unit=FILE_UNITS * 0.0254 / 0.45)
-"""CMU's unit is an inch over 0.45 (the data base's own note on its ASF files), so one native unit is 1.129 m."""
+"""CMU's unit is an inch over 0.45 (the data base's own note on its ASF files), so one native unit
+is 1.129 m."""
 
 FPS = 12.0
 
@@ -25,7 +27,8 @@ ACTIONS = ("Walk", "Wash", "Run", "Jump", "Animal Behavior", "Dance", "Step", "C
 
 
 def load_cmu(path: str | Path) -> ActionDataset:
-    """Load the CMU set from ``cmu_mocap.zip``, its folder (``pose_clip.csv`` and ``mocap_3djoints``), or a folder that holds the zip.
+    """Load the CMU set from ``cmu_mocap.zip``, its folder (``pose_clip.csv`` and
+    ``mocap_3djoints``), or a folder that holds the zip.
 
     Raises
     ------
@@ -47,10 +50,25 @@ def load_cmu(path: str | Path) -> ActionDataset:
         if not motion and not action:
             continue
         if action not in ACTIONS:
-            raise InputError(f"{source.path}/{list_name}, line {line}: unknown action '{action}'; expected one of {', '.join(ACTIONS)}")
+            raise InputError(
+                f"{source.path}/{list_name}, line {line}: unknown action '{action}'; expected one of {', '.join(ACTIONS)}"
+            )
         if motion not in files:
-            raise InputError(f"{source.path}/{list_name}, line {line}: clip {motion}.npy is missing")
-        array = check_joints(source.read_npy(files[motion]), CMU.n_joints, f"{source.path}/{files[motion]}")
+            raise InputError(
+                f"{source.path}/{list_name}, line {line}: clip {motion}.npy is missing"
+            )
+        array = check_joints(
+            source.read_npy(files[motion]), CMU.n_joints, f"{source.path}/{files[motion]}"
+        )
         joints = array / np.float32(FILE_UNITS)
-        clips.append(Clip(joints=joints, action=ACTIONS.index(action), name=motion, subject=motion.split("_")[0]))
-    return ActionDataset.from_clips(clips, name="cmu", skeleton=CMU, actions=ACTIONS, fps=FPS, length=100, frame=FRAME)
+        clips.append(
+            Clip(
+                joints=joints,
+                action=ACTIONS.index(action),
+                name=motion,
+                subject=motion.split("_")[0],
+            )
+        )
+    return ActionDataset.from_clips(
+        clips, name="cmu", skeleton=CMU, actions=ACTIONS, fps=FPS, length=100, frame=FRAME
+    )

@@ -1,12 +1,15 @@
-"""CMU's clips under what the data base's own index says of them: 123 fine actions instead of the papers' eight.
+"""CMU's clips under what the data base's own index says of them: 123 fine actions instead of the
+papers' eight.
 
-``cmu_fine.csv`` is curated by hand: what the index says of a clip -> fine action, direction, style. A row without an action
-leaves its clips out, since they are many things at once or none. ``cmu_fine_clips.csv`` says which clips are copies of others that are
-described, and which parts of a clip show its action.
+``cmu_fine.csv`` is curated by hand: what the index says of a clip -> fine action, direction, style.
+A row without an action leaves its clips out, since they are many things at once or none.
+``cmu_fine_clips.csv`` says which clips are copies of others that are described, and which parts of
+a clip show its action.
 
-The papers' set took every tenth frame of all clips, also of the 56 that the index gives 60 frames a second instead of 120: these are played
-at twice their speed there (jumps fall with 39 m/s^2). Here they have their true speed, brought from 6 Hz to 12. Both feet of everybody
-stand equally high (`a2v.lab.datasets.floors`).
+The papers' set took every tenth frame of all clips, also of the 56 that the index gives 60 frames a
+second instead of 120: these are played at twice their speed there (jumps fall with 39 m/s^2). Here
+they have their true speed, brought from 6 Hz to 12. Both feet of everybody stand equally high
+(`a2v.lab.datasets.floors`).
 """
 
 from __future__ import annotations
@@ -67,7 +70,12 @@ def fine_table() -> Mapping[tuple[str, str], Meaning]:
     """The curated table: (the papers' action, description in small letters) to what it means."""
     with TABLE.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    return {(row["coarse"], row["description"]): Meaning(row["action"], row["coarse"], row["direction"], row["style"]) for row in rows}
+    return {
+        (row["coarse"], row["description"]): Meaning(
+            row["action"], row["coarse"], row["direction"], row["style"]
+        )
+        for row in rows
+    }
 
 
 class Entry(NamedTuple):
@@ -107,20 +115,29 @@ def clip_parts() -> Mapping[str, tuple[Part, ...]]:
     found: dict[str, list[Part]] = {}
     for row in rows:
         first, last = (int(row[name]) if row[name] else None for name in ("first", "last"))
-        part = Part(row["described_as"], row["action"], float(row["fps"]) if row["fps"] else None, first, last)
+        part = Part(
+            row["described_as"],
+            row["action"],
+            float(row["fps"]) if row["fps"] else None,
+            first,
+            last,
+        )
         found.setdefault(row["clip"], []).append(part)
     return {clip: tuple(parts) for clip, parts in found.items()}
 
 
 def load_cmu_fine(path: str | Path) -> ActionDataset:
-    """The clips of `load_cmu` under the fine actions of `fine_table`, at their true speed and on level feet, the most frequent action of each of the papers' first.
+    """The clips of `load_cmu` under the fine actions of `fine_table`, at their true speed and on
+    level feet, the most frequent action of each of the papers' first.
 
-    A clip of which several parts are taken has as many entries, "01_02", "01_02/2"...; see `recording_of`.
+    A clip of which several parts are taken has as many entries, "01_02", "01_02/2"...; see
+    `recording_of`.
 
     Raises
     ------
     InputError
-        As `load_cmu`; or the index is missing, or describes a clip in a way that the table does not know.
+        As `load_cmu`; or the index is missing, or describes a clip in a way that the table does not
+        know.
     """
     whole = load_cmu(path)
     described = _read_index(find_source(path, archive="cmu_mocap.zip", marker="pose_clip.csv"))
@@ -128,10 +145,16 @@ def load_cmu_fine(path: str | Path) -> ActionDataset:
     counts = Counter(meaning.action for meaning in meanings)
     family = {meaning.action: ACTIONS.index(meaning.coarse) for meaning in reversed(meanings)}
     actions = tuple(sorted(counts, key=lambda action: (family[action], -counts[action], action)))
-    own = {action: [index for index, meaning in enumerate(meanings) if meaning.action == action] for action in actions}
+    own = {
+        action: [index for index, meaning in enumerate(meanings) if meaning.action == action]
+        for action in actions
+    }
     left_out = len(whole) - len({recording_of(clip.name) for clip in clips})
     return ActionDataset.from_clips(
-        [dataclasses.replace(clip, action=actions.index(meaning.action)) for clip, meaning in zip(clips, meanings, strict=True)],
+        [
+            dataclasses.replace(clip, action=actions.index(meaning.action))
+            for clip, meaning in zip(clips, meanings, strict=True)
+        ],
         name="cmu-fine",
         skeleton=whole.skeleton,
         actions=actions,
@@ -139,7 +162,9 @@ def load_cmu_fine(path: str | Path) -> ActionDataset:
         length=whole.length,
         frame=whole.frame,
         traits=tuple(_shared([meanings[index] for index in own[action]]) for action in actions),
-        descriptions=tuple(tuple(sorted({texts[index] for index in own[action]})) for action in actions),
+        descriptions=tuple(
+            tuple(sorted({texts[index] for index in own[action]})) for action in actions
+        ),
         notes=(*whole.notes, f"{left_out} clips that are many things at once or none are left out"),
     )
 
@@ -149,31 +174,52 @@ def recording_of(clip_name: str) -> str:
     return clip_name.split("/")[0]
 
 
-def _clips(whole: ActionDataset, described: Mapping[str, Entry]) -> tuple[list[Clip], list[Meaning], list[str]]:
-    """The parts of all clips that have a meaning, at their true speed and levelled, with what they mean and what was said of them."""
+def _clips(
+    whole: ActionDataset, described: Mapping[str, Entry]
+) -> tuple[list[Clip], list[Meaning], list[str]]:
+    """The parts of all clips that have a meaning, at their true speed and levelled, with what they
+    mean and what was said of them."""
     labels = dict(zip(whole.clip_names, whole.labels.tolist(), strict=True))
     metres, kept = np.float32(whole.frame.metres_per_unit), []
     for index, name in enumerate(whole.clip_names):
         parts = clip_parts().get(name, (Part(),))
         source = parts[0].described_as or name
-        text, coarse = described.get(source, Entry("", 0)).text, ACTIONS[labels.get(source, labels[name])]
+        text, coarse = (
+            described.get(source, Entry("", 0)).text,
+            ACTIONS[labels.get(source, labels[name])],
+        )
         meaning = fine_table().get((coarse, text))
         if meaning is None:
-            raise InputError(f"clip {name} ({coarse}) is described as '{text}', which {TABLE.name} does not know; add a row to it")
+            raise InputError(
+                f"clip {name} ({coarse}) is described as '{text}', which {TABLE.name} does not know; add a row to it"
+            )
         if parts[0].action:
             meaning = _meaning_of(parts[0].action)
         if meaning.action:
             kept.append((index, meaning, text, parts))
-    rates = [whole.fps * (parts[0].fps or described[whole.clip_names[index]].fps) / USUAL_FPS for index, _, _, parts in kept]
+    rates = [
+        whole.fps * (parts[0].fps or described[whole.clip_names[index]].fps) / USUAL_FPS
+        for index, _, _, parts in kept
+    ]
     levelled = level_feet(
-        [whole.joints[index] * metres for index, *_ in kept], [whole.subjects[index] for index, *_ in kept], whole.skeleton, rates
+        [whole.joints[index] * metres for index, *_ in kept],
+        [whole.subjects[index] for index, *_ in kept],
+        whole.skeleton,
+        rates,
     )
     clips, meanings, texts = [], [], []
     for (index, meaning, text, parts), joints, rate in zip(kept, levelled, rates, strict=True):
         timed = joints if rate == whole.fps else _at_rate(whole, index, joints, rate)
         for number, part in enumerate(parts, 1):
             name = whole.clip_names[index] + (f"/{number}" if number > 1 else "")
-            clips.append(Clip(joints=timed[part.first : part.last] / metres, action=0, name=name, subject=whole.subjects[index]))
+            clips.append(
+                Clip(
+                    joints=timed[part.first : part.last] / metres,
+                    action=0,
+                    name=name,
+                    subject=whole.subjects[index],
+                )
+            )
             meanings.append(meaning)
             texts.append(text)
     return clips, meanings, texts
@@ -181,11 +227,15 @@ def _clips(whole: ActionDataset, described: Mapping[str, Entry]) -> tuple[list[C
 
 def _meaning_of(action: str) -> Meaning:
     """The first meaning of the table with this action; none for "-"."""
-    return next((meaning for meaning in fine_table().values() if meaning.action == action), Meaning("", "", "", ""))
+    return next(
+        (meaning for meaning in fine_table().values() if meaning.action == action),
+        Meaning("", "", "", ""),
+    )
 
 
 def _at_rate(whole: ActionDataset, index: int, joints: FloatArray, rate: float) -> FloatArray:
-    """Joints (T, J, 3) of clip `index`, recorded at `rate`, at the set's own: through cubic splines of its rotations, bones keep their lengths."""
+    """Joints (T, J, 3) of clip `index`, recorded at `rate`, at the set's own: through cubic splines
+    of its rotations, bones keep their lengths."""
     motion: Motion = dataclasses.replace(whole.motion(index), joints=joints, root=joints[:, 0])
     at = np.arange(frames_made(len(joints), rate, whole.fps)) * (rate / whole.fps)
     return resample_at(motion, np.minimum(at, len(joints) - 1)).joints
@@ -205,6 +255,8 @@ def _read_index(source: FileSource) -> dict[str, Entry]:
     rows = csv.reader(io.StringIO(source.read(names[0]).decode("latin-1")))
     entries = [row for row in rows if len(row) > 3 and row[0].isdecimal() and row[1].isdecimal()]
     return {
-        f"{int(subject):02d}_{int(trial):02d}": Entry(text.strip().lower(), float(rate) if rate.strip().isdecimal() else USUAL_FPS)
+        f"{int(subject):02d}_{int(trial):02d}": Entry(
+            text.strip().lower(), float(rate) if rate.strip().isdecimal() else USUAL_FPS
+        )
         for subject, trial, text, rate, *_ in entries
     }

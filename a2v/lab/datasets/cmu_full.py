@@ -1,7 +1,9 @@
-"""The whole CMU data base, for whoever has it: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or as BVH, under curated actions.
+"""The whole CMU data base, for whoever has it: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
+as BVH, under curated actions.
 
-What the index says of a recording becomes an action by the table of `cmu_fine`, else by the first rule of ``cmu_full.csv`` whose pattern is found in it; rules
-without an action leave recordings out. Joints are brought to the papers' twenty at 30 Hz.
+What the index says of a recording becomes an action by the table of `cmu_fine`, else by the first
+rule of ``cmu_full.csv`` whose pattern is found in it; rules without an action leave recordings out.
+Joints are brought to the papers' twenty at 30 Hz.
 """
 
 from __future__ import annotations
@@ -46,25 +48,34 @@ def _rules() -> tuple[tuple[re.Pattern[str], str], ...]:
 @cache
 def _fine() -> dict[str, str]:
     """Descriptions to the fine actions that they mean under whichever of the papers' actions."""
-    return {description: meaning.action for (_, description), meaning in fine_table().items() if meaning.action}
+    return {
+        description: meaning.action
+        for (_, description), meaning in fine_table().items()
+        if meaning.action
+    }
 
 
 def action_of(description: str) -> str | None:
-    """The action that a description means: "" where the recording is left out, None where nothing is known of it."""
+    """The action that a description means: "" where the recording is left out, None where nothing
+    is known of it."""
     text = description.strip().lower()
     if text in _fine():
         return _fine()[text]
     return next((action for pattern, action in _rules() if pattern.search(text)), None)
 
 
-def load_cmu_full(folder: str | Path, index: str | Path, *, progress: Progress | None = None) -> ActionDataset:
-    """Every recording below a folder (or in a zip) that the index describes: ``01/01_01.amc`` beside ``01/01.asf``, or ``01_01.bvh``.
+def load_cmu_full(
+    folder: str | Path, index: str | Path, *, progress: Progress | None = None
+) -> ActionDataset:
+    """Every recording below a folder (or in a zip) that the index describes: ``01/01_01.amc``
+    beside ``01/01.asf``, or ``01_01.bvh``.
 
     Parameters
     ----------
     folder : path
     index : path
-        What holds ``cmu_index_with_framerate.csv``: ``cmu_mocap.zip``, its folder, or the folder of the zip.
+        What holds ``cmu_index_with_framerate.csv``: ``cmu_mocap.zip``, its folder, or the folder of
+        the zip.
     progress : Progress
         Called after each file.
 
@@ -76,7 +87,11 @@ def load_cmu_full(folder: str | Path, index: str | Path, *, progress: Progress |
     described = _read_index(find_source(index, archive="cmu_mocap.zip", marker=INDEX))
     source = FileSource(Path(folder))
     files = _recordings(source)
-    skeletons = {str(int(PurePosixPath(name).stem)): name for name in source.names(".asf") if PurePosixPath(name).stem.isdecimal()}
+    skeletons = {
+        str(int(PurePosixPath(name).stem)): name
+        for name in source.names(".asf")
+        if PurePosixPath(name).stem.isdecimal()
+    }
     lengths = np.array([ENDS.get(name, 0.1) for name in CMU.joint_names])
     found: list[tuple[str, str, str, np.ndarray]] = []
     left, texts = 0, dict[str, set[str]]()
@@ -84,7 +99,9 @@ def load_cmu_full(folder: str | Path, index: str | Path, *, progress: Progress |
         text, rate = described.get(clip, ("", 120.0))
         action = action_of(text)
         if action is None:
-            raise InputError(f"{source.path}/{name} is described as '{text}', for which {RULES.name} has no rule; add one")
+            raise InputError(
+                f"{source.path}/{name} is described as '{text}', for which {RULES.name} has no rule; add one"
+            )
         if action:
             motion = resample_motion(_read(source, name, skeletons, rate), FPS)
             joints = on_skeleton(motion, CMU, lengths) / np.float32(FRAME.metres_per_unit)
@@ -97,7 +114,10 @@ def load_cmu_full(folder: str | Path, index: str | Path, *, progress: Progress |
         raise InputError(f"{source.path} holds no recording that {RULES.name} has an action for")
     counts = Counter(action for _, action, _, _ in found)
     actions = tuple(sorted(counts, key=lambda action: (-counts[action], action)))
-    clips = [Clip(joints=joints, action=actions.index(action), name=clip, subject=clip.split("_")[0]) for clip, action, _, joints in found]
+    clips = [
+        Clip(joints=joints, action=actions.index(action), name=clip, subject=clip.split("_")[0])
+        for clip, action, _, joints in found
+    ]
     return ActionDataset.from_clips(
         clips, name="cmu-full", skeleton=CMU, actions=actions, fps=FPS, length=round(SECONDS * FPS), frame=FRAME,
         descriptions=tuple(tuple(sorted(texts[action])) for action in actions),
@@ -108,8 +128,15 @@ def load_cmu_full(folder: str | Path, index: str | Path, *, progress: Progress |
 def _read_index(source: FileSource) -> dict[str, tuple[str, float]]:
     """Clip to its description and frames a second."""
     rows = csv.reader(io.StringIO(source.read(source.names(INDEX)[0]).decode("latin-1")))
-    entries = [row for row in rows if len(row) > 3 and row[0].isdecimal() and row[1].isdecimal() and row[3].isdecimal()]
-    return {f"{int(subject):02d}_{int(trial):02d}": (text, float(rate)) for subject, trial, text, rate, *_ in entries}
+    entries = [
+        row
+        for row in rows
+        if len(row) > 3 and row[0].isdecimal() and row[1].isdecimal() and row[3].isdecimal()
+    ]
+    return {
+        f"{int(subject):02d}_{int(trial):02d}": (text, float(rate))
+        for subject, trial, text, rate, *_ in entries
+    }
 
 
 def _recordings(source: FileSource) -> dict[str, str]:
@@ -119,7 +146,9 @@ def _recordings(source: FileSource) -> dict[str, str]:
         if match := _RECORDING.search(name):
             found[f"{int(match[1]):02d}_{int(match[2]):02d}"] = name
     if not found:
-        raise InputError(f"{source.path} holds no recordings such as 01/01_01.amc (beside 01/01.asf) or 01_01.bvh")
+        raise InputError(
+            f"{source.path} holds no recordings such as 01/01_01.amc (beside 01/01.asf) or 01_01.bvh"
+        )
     return found
 
 
@@ -131,4 +160,9 @@ def _read(source: FileSource, name: str, skeletons: dict[str, str], rate: float)
     subject = str(int(PurePosixPath(name).stem.split("_")[0]))
     if subject not in skeletons:
         raise InputError(f"{where} has no skeleton; expected {int(subject):02d}.asf beside it")
-    return read_amc(source.read(name).decode("latin-1"), source.read(skeletons[subject]).decode("latin-1"), fps=rate, name=where)
+    return read_amc(
+        source.read(name).decode("latin-1"),
+        source.read(skeletons[subject]).decode("latin-1"),
+        fps=rate,
+        name=where,
+    )

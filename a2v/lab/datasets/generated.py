@@ -8,10 +8,14 @@ from a2v.lab.datasets.base import ActionDataset, NativeFrame
 from a2v.motion.model import MotionModel
 
 
-def generated_dataset(model: MotionModel, *, clips: int = 20, frames: int | None = None, seed: int = 0) -> ActionDataset:
-    """A data set of generated clips, with the model's actions, skeleton and units, where the recorded one is not at hand.
+def generated_dataset(
+    model: MotionModel, *, clips: int = 20, frames: int | None = None, seed: int = 0
+) -> ActionDataset:
+    """A data set of generated clips, with the model's actions, skeleton and units, where the
+    recorded one is not at hand.
 
-    It serves walkthroughs, tests and trials of a training; what is measured or learned on it says nothing about people.
+    It serves walkthroughs, tests and trials of a training; what is measured or learned on it says
+    nothing about people.
 
     Parameters
     ----------
@@ -35,7 +39,9 @@ def generated_dataset(model: MotionModel, *, clips: int = 20, frames: int | None
         actions=model.actions,
         joints=tuple(joints),
         labels=np.asarray(labels, dtype=np.int64),
-        clip_names=tuple(f"{model.actions[label]}_{index % clips:03d}" for index, label in enumerate(labels)),
+        clip_names=tuple(
+            f"{model.actions[label]}_{index % clips:03d}" for index, label in enumerate(labels)
+        ),
         subjects=tuple(f"S{index % clips % 3}" for index in range(len(labels))),
         fps=model.fps,
         length=model.card.frames,

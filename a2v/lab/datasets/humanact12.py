@@ -1,4 +1,5 @@
-"""HumanAct12: 1,191 clips of 12 actions (34 fine-grained), 24 joints, from the published ``.npy`` files."""
+"""HumanAct12: 1,191 clips of 12 actions (34 fine-grained), 24 joints, from the published ``.npy``
+files."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ FINE = {
 """The four digits after ``A`` and the fine-grained action (first paper, Table 5)."""
 
 FRAME = NativeFrame(metres_per_unit=1.0, signs=(1.0, -1.0, -1.0))
-"""The published joints are in the camera's axes: x to the image's right, y down, z away from the camera."""
+"""The published joints are in the camera's axes: x to the image's right, y down, z away from the
+camera."""
 
 FPS = 20.0
 """The publication names no rate; gait and jump times in the clips fit 20 frames a second."""
@@ -38,7 +40,9 @@ FPS = 20.0
 _NAME = re.compile(r"P(?P<subject>\d\d)G.*A(?P<code>\d\d\d\d)$")
 
 
-def load_humanact12(path: str | Path, *, grain: Literal["coarse", "fine"] = "coarse") -> ActionDataset:
+def load_humanact12(
+    path: str | Path, *, grain: Literal["coarse", "fine"] = "coarse"
+) -> ActionDataset:
     """Load HumanAct12 from ``humanact12.zip``, its folder, or a folder that holds the zip.
 
     Parameters
@@ -59,9 +63,20 @@ def load_humanact12(path: str | Path, *, grain: Literal["coarse", "fine"] = "coa
         stem = PurePosixPath(name).stem
         match = _NAME.match(stem)
         if match is None or match["code"][: len(codes[0])] not in table:
-            raise InputError(f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy (action code after A)")
-        joints = FRAME.flip(check_joints(source.read_npy(name), HUMANACT12.n_joints, f"{source.path}/{name}"))
-        clips.append(Clip(joints=joints, action=codes.index(match["code"][: len(codes[0])]), name=stem, subject=f"P{match['subject']}"))
+            raise InputError(
+                f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy (action code after A)"
+            )
+        joints = FRAME.flip(
+            check_joints(source.read_npy(name), HUMANACT12.n_joints, f"{source.path}/{name}")
+        )
+        clips.append(
+            Clip(
+                joints=joints,
+                action=codes.index(match["code"][: len(codes[0])]),
+                name=stem,
+                subject=f"P{match['subject']}",
+            )
+        )
     return ActionDataset.from_clips(
         clips,
         name="humanact12" if grain == "coarse" else "humanact12-fine",

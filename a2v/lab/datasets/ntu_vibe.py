@@ -1,6 +1,8 @@
-"""NTU-RGBD with poses re-estimated by VIBE: 13 actions, 18 joints, from pickles of the published layout.
+"""NTU-RGBD with poses re-estimated by VIBE: 13 actions, 18 joints, from pickles of the published
+layout.
 
-The annotations are no longer offered for download; the loader is for those who have them, or who ran VIBE themselves.
+The annotations are no longer offered for download; the loader is for those who have them, or who
+ran VIBE themselves.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ ACTIONS = {
 
 VIBE_JOINTS = 49
 KEPT_JOINTS = (8, 1, 2, 3, 4, 5, 6, 7, 0, 9, 10, 11, 12, 13, 14, 21, 24, 38)
-"""VIBE's joints by our skeleton's order: OpenPose's body with the middle of the hips first, the heels, the top of the head."""
+"""VIBE's joints by our skeleton's order: OpenPose's body with the middle of the hips first, the
+heels, the top of the head."""
 
 FRAME = NativeFrame(metres_per_unit=1.0, signs=(1.0, -1.0, -1.0))
 """VIBE's camera has y down and looks along +z."""
@@ -42,31 +45,41 @@ _NAME = re.compile(r"(?:.*?P(?P<subject>\d{3}))?.*A(?P<action>\d{1,3})$")
 def load_ntu_vibe(path: str | Path) -> ActionDataset:
     """Load the folder (or zip) that holds ``ntu_vibe_list.txt`` and the pickles it names.
 
-    A pickle is what VIBE's demo writes: a dict by track number, of which the papers take track 1 and its ``joints3d``
-    (T, 49, 3). Files whose track 1 is missing are passed over, as in the published loader, and counted in `notes`. The number
-    after the last ``A`` of a name is the action, the one after ``P`` the subject.
+    A pickle is what VIBE's demo writes: a dict by track number, of which the papers take track 1
+    and its ``joints3d`` (T, 49, 3). Files whose track 1 is missing are passed over, as in the
+    published loader, and counted in `notes`. The number after the last ``A`` of a name is the
+    action, the one after ``P`` the subject.
 
     The poses are relative to the person: there is no trajectory.
 
     Raises
     ------
     InputError
-        The list or a file is missing, damaged, asks for more than arrays, or does not hold (T, 49, 3) finite numbers in at least two
-        frames; the message names the file, or the line of the list.
+        The list or a file is missing, damaged, asks for more than arrays, or does not hold (T, 49,
+        3) finite numbers in at least two frames; the message names the file, or the line of the
+           list.
     """
     source = FileSource(Path(path))
     lists = source.names(LIST_NAME)
     if not lists:
-        raise InputError(f"{source.path} holds no {LIST_NAME}; expected the folder of NTU-VIBE with this list and the pickles it names")
+        raise InputError(
+            f"{source.path} holds no {LIST_NAME}; expected the folder of NTU-VIBE with this list and the pickles it names"
+        )
     clips, without = [], []
     for entry in _read_list(source, lists[0]):
         joints = _read_joints(source, (PurePosixPath(lists[0]).parent / entry.path).as_posix())
         if joints is None:
             without.append(entry.path.name)
         else:
-            clips.append(Clip(joints=joints, action=entry.action, name=entry.path.stem, subject=entry.subject))
+            clips.append(
+                Clip(
+                    joints=joints, action=entry.action, name=entry.path.stem, subject=entry.subject
+                )
+            )
     if not clips:
-        raise InputError(f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's pickles")
+        raise InputError(
+            f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's pickles"
+        )
     return ActionDataset.from_clips(
         clips,
         name="ntu_vibe",
@@ -76,13 +89,16 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
         length=60,
         frame=FRAME,
         trajectory=False,
-        notes=(f"{len(without)} files without a track 1 were passed over, such as {without[0]}",) if without else (),
+        notes=(f"{len(without)} files without a track 1 were passed over, such as {without[0]}",)
+        if without
+        else (),
     )
 
 
 @dataclass(frozen=True)
 class _Entry:
-    """A line of the list: a pickle's path relative to the list's folder, the index of its action, and its subject."""
+    """A line of the list: a pickle's path relative to the list's folder, the index of its action,
+    and its subject."""
 
     path: PurePosixPath
     action: int
@@ -102,15 +118,24 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
             continue
         here = f"{source.path}/{name}, line {line}"
         if entry.is_absolute() or ".." in entry.parts:
-            raise InputError(f"{here}: '{entry}' leads out of the folder; expected a path below {PurePosixPath(name).parent or '.'}")
+            raise InputError(
+                f"{here}: '{entry}' leads out of the folder; expected a path below {PurePosixPath(name).parent or '.'}"
+            )
         match = _NAME.match(entry.stem)
         if match is None or int(match["action"]) not in ACTIONS:
-            raise InputError(f"{here}: '{entry.name}' has no known action number after A; expected one of {', '.join(map(str, numbers))}")
-        yield _Entry(entry, numbers.index(int(match["action"])), f"P{match['subject']}" if match["subject"] else "unknown")
+            raise InputError(
+                f"{here}: '{entry.name}' has no known action number after A; expected one of {', '.join(map(str, numbers))}"
+            )
+        yield _Entry(
+            entry,
+            numbers.index(int(match["action"])),
+            f"P{match['subject']}" if match["subject"] else "unknown",
+        )
 
 
 def _read_joints(source: FileSource, name: str) -> FloatArray | None:
-    """Joints (T, 18, 3) float32 of track 1 of a pickle, in the world's axes; None without a track 1."""
+    """Joints (T, 18, 3) float32 of track 1 of a pickle, in the world's axes; None without a track
+    1."""
     where = f"{source.path}/{name}"
     tracks = read_arrays_pickle(source.read(name), where)
     if not isinstance(tracks, dict):

@@ -1,4 +1,5 @@
-"""The papers' action classifier, which also gives the features of FID, diversity and multimodality."""
+"""The papers' action classifier, which also gives the features of FID, diversity and
+multimodality."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ State = Literal["zeros", "random"]
 
 
 class ActionClassifier(nn.Module):
-    """Two-layer GRU, a 30-dimensional tanh feature and a linear layer, as published with the papers.
+    """Two-layer GRU, a 30-dimensional tanh feature and a linear layer, as published with the
+    papers.
 
     Parameters
     ----------
@@ -33,7 +35,9 @@ class ActionClassifier(nn.Module):
     hidden_size, feature_size : int
     """
 
-    def __init__(self, input_size: int, n_actions: int, *, hidden_size: int = 128, feature_size: int = 30) -> None:
+    def __init__(
+        self, input_size: int, n_actions: int, *, hidden_size: int = 128, feature_size: int = 30
+    ) -> None:
         super().__init__()
         self.recurrent = nn.GRU(input_size, hidden_size, num_layers=2, batch_first=True)
         self.linear1 = nn.Linear(hidden_size, feature_size)
@@ -42,8 +46,8 @@ class ActionClassifier(nn.Module):
     def forward(self, motions: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Features (B, 30) and logits (B, A) of motions (B, T, 3 J).
 
-        `state` (2, B, 128) is the GRU's first state, zeros without it. The published evaluation drew it from a
-        normal distribution at every call.
+        `state` (2, B, 128) is the GRU's first state, zeros without it. The published evaluation
+        drew it from a normal distribution at every call.
         """
         output, _ = self.recurrent(motions, state)
         feature = torch.tanh(self.linear1(output[:, -1]))
@@ -51,7 +55,8 @@ class ActionClassifier(nn.Module):
 
 
 class Facing(NamedTuple):
-    """How a classifier turns what it is given, so that the first frame faces +z: which joints say where a person faces, in which axes.
+    """How a classifier turns what it is given, so that the first frame faces +z: which joints say
+    where a person faces, in which axes.
 
     Attributes
     ----------
@@ -101,7 +106,8 @@ class Evaluator:
     digest : str
         SHA-256 of that file.
     info : mapping
-        What our own training says about it (see `a2v.lab.evaluation.training`); empty for the authors'.
+        What our own training says about it (see `a2v.lab.evaluation.training`); empty for the
+        authors'.
     """
 
     network: ActionClassifier
@@ -111,7 +117,8 @@ class Evaluator:
 
     @property
     def facing(self) -> Facing | None:
-        """How it turns motions before it looks at them; None: not at all, as the authors' classifiers."""
+        """How it turns motions before it looks at them; None: not at all, as the authors'
+        classifiers."""
         told = self.info.get("facing")
         return Facing(*told) if told else None
 
@@ -129,13 +136,21 @@ class Evaluator:
             It knows others.
         """
         if self.n_actions != len(dataset.actions):
-            raise InputError(f"{self.source} knows {self.n_actions} actions; {dataset.name} has {len(dataset.actions)}")
+            raise InputError(
+                f"{self.source} knows {self.n_actions} actions; {dataset.name} has {len(dataset.actions)}"
+            )
         if self.info and list(self.info["actions"]) != list(dataset.actions):
-            raise InputError(f"{self.source} knows other actions ({', '.join(self.info['actions'][:5])}...) than {dataset.name}")
+            raise InputError(
+                f"{self.source} knows other actions ({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
+            )
 
     @torch.no_grad()
     def __call__(
-        self, motions: FloatArray, *, state: State = "zeros", generator: np.random.Generator | None = None
+        self,
+        motions: FloatArray,
+        *,
+        state: State = "zeros",
+        generator: np.random.Generator | None = None,
     ) -> tuple[FloatArray, IntArray]:
         """Features (B, 30) float64 and predicted labels (B,) of native-frame motions (B, T, J, 3).
 
@@ -154,15 +169,21 @@ class Evaluator:
         """
         network, facing = self.network, self.facing
         if motions.shape[-2] * 3 != network.recurrent.input_size:
-            raise InputError(f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}")
+            raise InputError(
+                f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}"
+            )
         turned = facing.turn if facing else np.asarray
         features, labels = [], []
         for start in range(0, len(motions), 512):
-            batch = torch.from_numpy(np.ascontiguousarray(turned(motions[start : start + 512]), dtype=np.float32)).flatten(2)
+            batch = torch.from_numpy(
+                np.ascontiguousarray(turned(motions[start : start + 512]), dtype=np.float32)
+            ).flatten(2)
             first = None
             if state == "random":
                 if generator is None:
-                    raise InputError("the papers' protocol starts the classifier from random states: give a generator")
+                    raise InputError(
+                        "the papers' protocol starts the classifier from random states: give a generator"
+                    )
                 shape = (network.recurrent.num_layers, len(batch), network.recurrent.hidden_size)
                 first = torch.from_numpy(generator.standard_normal(shape, dtype=np.float32))
             feature, logits = network(batch, first)
@@ -191,8 +212,12 @@ def load_evaluator(path: str | Path) -> Evaluator:
             hidden_size=weights["recurrent.weight_hh_l0"].shape[1],
             feature_size=weights["linear1.bias"].shape[0],
         )
-        with torch.device("meta"):  # sizes alone: nothing is allocated before the file is known to hold as much
-            if any(weights[name].shape != value.shape for name, value in make().state_dict().items()):
+        with torch.device(
+            "meta"
+        ):  # sizes alone: nothing is allocated before the file is known to hold as much
+            if any(
+                weights[name].shape != value.shape for name, value in make().state_dict().items()
+            ):
                 raise ValueError("its weights do not fit each other")
         network = make()
         network.load_state_dict(weights)

@@ -1,4 +1,5 @@
-"""Several ways to make the same video, side by side on one page (the journal paper's Fig. 6, 16 and 19 to 24), and asked about (Tables 5 and 6)."""
+"""Several ways to make the same video, side by side on one page (the journal paper's Fig. 6, 16 and
+19 to 24), and asked about (Tables 5 and 6)."""
 
 from __future__ import annotations
 
@@ -26,8 +27,17 @@ STYLE = (
 )
 
 
-def write_comparison(path: str | os.PathLike[str], films: Films, *, action: str, fps: float, shown: int = 5, about: str = "") -> None:
-    """Write one page that loads nothing: every method's videos, then the same frames of all of them, view by view.
+def write_comparison(
+    path: str | os.PathLike[str],
+    films: Films,
+    *,
+    action: str,
+    fps: float,
+    shown: int = 5,
+    about: str = "",
+) -> None:
+    """Write one page that loads nothing: every method's videos, then the same frames of all of
+    them, view by view.
 
     Parameters
     ----------
@@ -60,7 +70,10 @@ def write_comparison(path: str | os.PathLike[str], films: Films, *, action: str,
         _table("", views, {m: [_video(f[v], fps) for v in views] for m, f in films.items()}),
     ]
     for view in views:
-        rows = {method: [_picture(own[view][index]) for index in chosen] for method, own in films.items()}
+        rows = {
+            method: [_picture(own[view][index]) for index in chosen]
+            for method, own in films.items()
+        }
         parts.append(_table(view, [f"frame {index + 1}" for index in chosen], rows))
     page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(action)}</title><style>{STYLE}</style>{''.join(parts)}</html>"
     with atomic_path(path) as temporary:
@@ -68,14 +81,25 @@ def write_comparison(path: str | os.PathLike[str], films: Films, *, action: str,
 
 
 def write_comparison_survey(
-    path: str | os.PathLike[str], films: Films, *, action: str, fps: float, settings: SurveySettings | None = None
+    path: str | os.PathLike[str],
+    films: Films,
+    *,
+    action: str,
+    fps: float,
+    settings: SurveySettings | None = None,
 ) -> Path:
-    """Write the user study about the same films, a ranking of all methods for each view; returns the key's path. Errors as of `write_survey`."""
+    """Write the user study about the same films, a ranking of all methods for each view; returns
+    the key's path. Errors as of `write_survey`."""
     sources = {
-        method: {f"{action}, {view}": [Film(action, film_bytes(frames, fps))] for view, frames in own.items()}
+        method: {
+            f"{action}, {view}": [Film(action, film_bytes(frames, fps))]
+            for view, frames in own.items()
+        }
         for method, own in films.items()
     }
-    asked = settings or SurveySettings(preference=len(next(iter(films.values()))), real_or_fake=0, title="Which video looks right?")
+    asked = settings or SurveySettings(
+        preference=len(next(iter(films.values()))), real_or_fake=0, title="Which video looks right?"
+    )
     return write_survey(path, sources, asked)
 
 
@@ -92,7 +116,8 @@ def film_bytes(frames: Sequence[ByteArray], fps: float) -> bytes:
 def _table(heading: str, columns: Sequence[str], rows: Mapping[str, Sequence[str]]) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
     body = "".join(
-        f"<tr><th class=m>{html.escape(name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>" for name, cells in rows.items()
+        f"<tr><th class=m>{html.escape(name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+        for name, cells in rows.items()
     )
     return f"<h2>{html.escape(heading)}</h2><table><tr><th></th>{head}</tr>{body}</table>"
 

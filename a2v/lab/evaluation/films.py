@@ -1,4 +1,5 @@
-"""Studio films with their truth: how well a person is followed through a video, beside mediapipe's own 3D landmarks."""
+"""Studio films with their truth: how well a person is followed through a video, beside mediapipe's
+own 3D landmarks."""
 
 from __future__ import annotations
 
@@ -25,7 +26,11 @@ from a2v.lab.studio.film import Film, FilmSettings, shoot
 from a2v.rendering.video import write_video
 from a2v.types import ByteArray, FloatArray, Motion
 
-MEASURED: tuple[str, ...] = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle"))
+MEASURED: tuple[str, ...] = tuple(
+    f"{side}_{joint}"
+    for side in ("left", "right")
+    for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+)
 """Joints that are compared, from the middle of the hips."""
 _HIPS = [MEASURED.index("left_hip"), MEASURED.index("right_hip")]
 _FEET = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("ankle", "foot"))
@@ -45,7 +50,8 @@ class Shot:
     kind : str
         Of motion.
     recording : str
-        A trial of ``cmu_bvh.zip``, or "Action 3": the third clip of that action of ``cmu_mocap.zip`` that the body map has not learned from.
+        A trial of ``cmu_bvh.zip``, or "Action 3": the third clip of that action of
+        ``cmu_mocap.zip`` that the body map has not learned from.
     first, seconds : float
         The part of the recording; the first frame of a BVH file may be its rest pose.
     person : str
@@ -79,7 +85,16 @@ _RECORDINGS: tuple[tuple[str, str, float], ...] = (
 _CAMERAS = ("still", "hand", "still", "pan")
 _YAWS = (0.0, 35.0, -40.0, 80.0, -20.0, 150.0, 15.0)
 SHOTS: tuple[Shot, ...] = tuple(
-    Shot(f"{number:02d}-{kind}", kind, recording, first, 4.0, PEOPLE[number % len(PEOPLE)], _CAMERAS[number % 4], _YAWS[number % len(_YAWS)])
+    Shot(
+        f"{number:02d}-{kind}",
+        kind,
+        recording,
+        first,
+        4.0,
+        PEOPLE[number % len(PEOPLE)],
+        _CAMERAS[number % 4],
+        _YAWS[number % len(_YAWS)],
+    )
     for number, (kind, recording, first) in enumerate(_RECORDINGS)
 )
 """The panel."""
@@ -99,14 +114,20 @@ def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
 
         action, number = shot.recording.split()
         found = load_dataset("cmu", Path(data))
-        unseen = [index for index, label in enumerate(found.labels) if found.actions[label] == action and index % 10 == HELD_OUT]
+        unseen = [
+            index
+            for index, label in enumerate(found.labels)
+            if found.actions[label] == action and index % 10 == HELD_OUT
+        ]
         motion = resample_motion(found.motion(unseen[int(number) - 1]), SHOWN_FPS)
     else:
         try:
             with zipfile.ZipFile(Path(data) / "cmu_bvh.zip") as archive:
                 text = archive.read(f"cmu_bvh/{shot.recording[:2]}/{shot.recording}.bvh")
         except (OSError, KeyError, zipfile.BadZipFile):
-            raise InputError(f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to the folder of data") from None
+            raise InputError(
+                f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to the folder of data"
+            ) from None
         motion = read_bvh(text, fps=SHOWN_FPS)
     part = slice(round(shot.first * SHOWN_FPS), round((shot.first + shot.seconds) * SHOWN_FPS))
     cut = {name: getattr(motion, name)[part] for name in ("joints", "rotations", "root")}
@@ -117,7 +138,9 @@ def shoot_panel(shot: Shot, data: str | os.PathLike[str], folder: Path) -> tuple
     """The film of a shot, and its video, which is made if it is not there."""
     avatar = load_avatar(Path(data) / "avatars" / f"{shot.person}.glb")
     seed = int(shot.name[:2])
-    film = shoot(avatar, recorded(shot, data), FilmSettings(camera=shot.camera, yaw=shot.yaw, seed=seed))
+    film = shoot(
+        avatar, recorded(shot, data), FilmSettings(camera=shot.camera, yaw=shot.yaw, seed=seed)
+    )
     path = folder / f"{shot.name}.mp4"
     if not path.exists():
         write_video(path, film.frames(), film.fps, crf=20)
@@ -136,11 +159,13 @@ class FilmScore:
     seen : float
         Share of the film's frames that were.
     error, mediapipe_error : float
-        Mean distance of `MEASURED` from the truth, from the middle of the hips, in the heading of the first frame, cm.
+        Mean distance of `MEASURED` from the truth, from the middle of the hips, in the heading of
+        the first frame, cm.
     scaled : float
         The same at the truth's size: a video does not show how tall somebody is.
     acceleration, mediapipe_acceleration, true_acceleration : float
-        Mean error of the accelerations of the same, and their own mean size, metres per square second.
+        Mean error of the accelerations of the same, and their own mean size, metres per square
+        second.
     slide, true_slide : float
         Mean speed of feet while the truth's stand, cm a second.
     travel : float
@@ -170,7 +195,9 @@ class FilmScore:
     cpu_fps: float
 
 
-def measure(shot: Shot, film: Film, path: Path, settings: FollowSettings) -> tuple[FilmScore, Followed]:
+def measure(
+    shot: Shot, film: Film, path: Path, settings: FollowSettings
+) -> tuple[FilmScore, Followed]:
     """Follow the person in a film, and compare."""
     clock, work = time.perf_counter(), time.process_time()
     followed = follow_person(path, settings)
@@ -181,14 +208,18 @@ def measure(shot: Shot, film: Film, path: Path, settings: FollowSettings) -> tup
     count = min(motion.frames, len(film.transforms) - first)
     part = slice(first, first + count)
     truth = np.stack([film.joints[name] for name in MEASURED], axis=1)[part] @ heading.T
-    own = motion.joints[:count, [motion.joint_names.index(name) for name in MEASURED]].astype(np.float64)
+    own = motion.joints[:count, [motion.joint_names.index(name) for name in MEASURED]].astype(
+        np.float64
+    )
     landmarks, known = world_landmarks(path, film)
     landmarks, known = landmarks[part] @ heading.T, known[part]
     theirs, ours, true = (_from_hips(points) for points in (landmarks, own, truth))
     scale = float((ours * true).sum() / (ours**2).sum())
     feet = np.stack([film.joints[name] for name in _FEET], axis=1)[part][..., [0, 2]]
     stands = (np.linalg.norm(np.diff(feet, axis=0), axis=-1) * film.fps) < STANDS
-    moved = motion.joints[:count, [motion.joint_names.index(name) for name in _FEET]][..., [0, 2]].astype(np.float64)
+    moved = motion.joints[:count, [motion.joint_names.index(name) for name in _FEET]][
+        ..., [0, 2]
+    ].astype(np.float64)
     travelled, wanted = (points[:, _HIPS].mean(axis=1) for points in (own, truth))
     score = FilmScore(
         name=shot.name, kind=shot.kind, camera=shot.camera, frames=count, seen=followed.facts["seen"] / len(film.transforms),
@@ -205,7 +236,8 @@ def measure(shot: Shot, film: Film, path: Path, settings: FollowSettings) -> tup
 
 
 def world_landmarks(path: Path, film: Film) -> tuple[FloatArray, FloatArray]:
-    """Mediapipe's world landmarks of `MEASURED` (T, 12, 3), metres, turned into the world by the true camera, and which frames have some.
+    """Mediapipe's world landmarks of `MEASURED` (T, 12, 3), metres, turned into the world by the
+    true camera, and which frames have some.
 
     Its own tracking and smoothing are on, as for every video (complexity 1).
     """
@@ -215,11 +247,20 @@ def world_landmarks(path: Path, film: Film) -> tuple[FloatArray, FloatArray]:
 
     found = np.full((len(film.transforms), len(MEASURED), 3), np.nan)
     rows = [LANDMARK_INDEX[name] for name in MEASURED]
-    with silenced(), open_reel(path) as reel, mp.solutions.pose.Pose(static_image_mode=False, model_complexity=1) as graph:
+    with (
+        silenced(),
+        open_reel(path) as reel,
+        mp.solutions.pose.Pose(static_image_mode=False, model_complexity=1) as graph,
+    ):
         for frame, shown in enumerate(reel.frames(side=960)):
             points = graph.process(shown.image).pose_world_landmarks
             if points is not None and frame < len(found):
-                seen = np.array([[points.landmark[row].x, -points.landmark[row].y, points.landmark[row].z] for row in rows])
+                seen = np.array(
+                    [
+                        [points.landmark[row].x, -points.landmark[row].y, points.landmark[row].z]
+                        for row in rows
+                    ]
+                )
                 found[frame] = seen @ film.path.axes[frame]
     known = ~np.isnan(found).any(axis=(1, 2))
     return np.nan_to_num(found), known
@@ -258,7 +299,8 @@ _TILE = 240
 
 
 def film_sheet(frames: Sequence[ByteArray], motion: Motion) -> ByteArray:
-    """Frames of a film, and below each the joints that were found from the camera's side and from the person's left: (H, W, 3) uint8.
+    """Frames of a film, and below each the joints that were found from the camera's side and from
+    the person's left: (H, W, 3) uint8.
 
     Parameters
     ----------
@@ -272,7 +314,14 @@ def film_sheet(frames: Sequence[ByteArray], motion: Motion) -> ByteArray:
         size = (_TILE, round(_TILE * image.shape[0] / image.shape[1]))
         joints = motion.joints[index] - motion.joints[index, 0] * np.array([1.0, 0.0, 1.0])
         views = [_stick(joints[:, axes], motion) for axes in ([0, 1], [2, 1])]
-        columns.append(np.concatenate([cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.concatenate(views, axis=1)]))
+        columns.append(
+            np.concatenate(
+                [
+                    cv2.resize(image, size, interpolation=cv2.INTER_AREA),
+                    np.concatenate(views, axis=1),
+                ]
+            )
+        )
     return np.asarray(np.concatenate(columns, axis=1), np.uint8)
 
 
@@ -280,12 +329,20 @@ def _stick(points: FloatArray, motion: Motion) -> ByteArray:
     """Bones between points (J, 2), metres, to the right and up; the left side is red."""
     canvas = np.full((_TILE, _TILE // 2, 3), 245, np.uint8)
     scale = _TILE / 2.2
-    pixels = np.round(np.stack([_TILE / 4 + scale * points[:, 0], _TILE - 12 - scale * points[:, 1]], axis=-1)).astype(int)
+    pixels = np.round(
+        np.stack([_TILE / 4 + scale * points[:, 0], _TILE - 12 - scale * points[:, 1]], axis=-1)
+    ).astype(int)
     cv2.line(canvas, (0, _TILE - 12), (_TILE // 2, _TILE - 12), (180, 180, 180), 1)
     for joint, parent in enumerate(motion.parents):
         if parent >= 0:
             name = motion.joint_names[joint]
-            color = (210, 40, 40) if name.startswith("left") else (40, 60, 210) if name.startswith("right") else (60, 60, 60)
+            color = (
+                (210, 40, 40)
+                if name.startswith("left")
+                else (40, 60, 210)
+                if name.startswith("right")
+                else (60, 60, 60)
+            )
             cv2.line(canvas, pixels[parent].tolist(), pixels[joint].tolist(), color, 2, cv2.LINE_AA)
     return canvas
 
@@ -299,8 +356,14 @@ COLUMNS: Mapping[str, str] = {
 
 def film_tables(scores: Sequence[FilmScore]) -> list[str]:
     """Tables by kind of motion, by camera, and of every film, in Markdown."""
-    by_kind = {kind: [one for one in scores if one.kind == kind] for kind in dict.fromkeys(one.kind for one in scores)}
-    by_camera = {camera: [one for one in scores if one.camera == camera] for camera in dict.fromkeys(one.camera for one in scores)}
+    by_kind = {
+        kind: [one for one in scores if one.kind == kind]
+        for kind in dict.fromkeys(one.kind for one in scores)
+    }
+    by_camera = {
+        camera: [one for one in scores if one.camera == camera]
+        for camera in dict.fromkeys(one.camera for one in scores)
+    }
     return [
         "## By kind of motion", _table({**by_kind, "all": list(scores)}), "## By camera", _table(by_camera),
         "## Every film", _table({f"{one.name}, {one.camera}": [one] for one in scores}),
@@ -308,8 +371,15 @@ def film_tables(scores: Sequence[FilmScore]) -> list[str]:
 
 
 def _table(groups: Mapping[str, Sequence[FilmScore]]) -> str:
-    lines = ["| | films | " + " | ".join(COLUMNS.values()) + " |", "| --- |" + " ---: |" * (len(COLUMNS) + 1)]
+    lines = [
+        "| | films | " + " | ".join(COLUMNS.values()) + " |",
+        "| --- |" + " ---: |" * (len(COLUMNS) + 1),
+    ]
     for name, own in groups.items():
         values = [float(np.nanmean([getattr(one, column) for one in own])) for column in COLUMNS]
-        lines.append(f"| {name} | {len(own)} | " + " | ".join(f"{value:.0f}" if value >= 100 else f"{value:.1f}" for value in values) + " |")
+        lines.append(
+            f"| {name} | {len(own)} | "
+            + " | ".join(f"{value:.0f}" if value >= 100 else f"{value:.1f}" for value in values)
+            + " |"
+        )
     return "\n".join(lines)

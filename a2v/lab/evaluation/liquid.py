@@ -1,7 +1,9 @@
-"""Liquid Warping GAN (Liu et al. 2019) out of the user's own generator, on our correspondences instead of a CUDA renderer.
+"""Liquid Warping GAN (Liu et al. 2019) out of the user's own generator, on our correspondences
+instead of a CUDA renderer.
 
-Written anew after the paper; tensors carry the names of the published file, ``net_epoch_30_id_G.pth``, whose weights are for research alone and
-are not shipped. Pictures are (1, 3, S, S) in [-1, 1].
+Written anew after the paper; tensors carry the names of the published file,
+``net_epoch_30_id_G.pth``, whose weights are for research alone and are not shipped. Pictures are
+(1, 3, S, S) in [-1, 1].
 """
 
 from __future__ import annotations
@@ -23,9 +25,11 @@ CONDITION = 3
 
 
 class Generator(nn.Module):
-    """Three networks: one fills the background, one reads the photo, one draws the person moved, fed by what the second has read.
+    """Three networks: one fills the background, one reads the photo, one draws the person moved,
+    fed by what the second has read.
 
-    Wherever both have features of one size, those of the photo are warped to where the moved body has the same point, and added.
+    Wherever both have features of one size, those of the photo are warped to where the moved body
+    has the same point, and added.
 
     Raises
     ------
@@ -42,7 +46,9 @@ class Generator(nn.Module):
             self.tsf_model = _Stream(part(state, "tsf_model."))
         given = [self.bg_model.inputs, self.src_model.inputs, self.tsf_model.inputs]
         if given != [4, 3 + CONDITION, 3 + CONDITION]:
-            raise InputError(f"{path}: the networks see {given} channels; expected [4, 6, 6], a picture and texture coordinates")
+            raise InputError(
+                f"{path}: the networks see {given} channels; expected [4, 6, 6], a picture and texture coordinates"
+            )
         fill(self, state, str(path))
 
     def background(self, picture: Tensor, person: Tensor) -> Tensor:
@@ -52,10 +58,13 @@ class Generator(nn.Module):
         return out
 
     def read(self, picture: Tensor, condition: Tensor) -> list[Tensor]:
-        """Features of a person before nothing, and the body's `condition` (1, 3, S, S), coarser and coarser and then block by block."""
+        """Features of a person before nothing, and the body's `condition` (1, 3, S, S), coarser and
+        coarser and then block by block."""
         return list(self.src_model.read(torch.cat([picture, condition], 1)))
 
-    def draw(self, features: Sequence[Tensor], picture: Tensor, condition: Tensor, places: Tensor) -> tuple[Tensor, Tensor]:
+    def draw(
+        self, features: Sequence[Tensor], picture: Tensor, condition: Tensor, places: Tensor
+    ) -> tuple[Tensor, Tensor]:
         """The person moved, and how much of the background is seen (1, 1, S, S).
 
         Parameters
@@ -65,15 +74,26 @@ class Generator(nn.Module):
         picture, condition
             The photo's pixels where the moved body has them, and that body.
         places : (1, S, S, 2)
-            Where in the photo, [-1, 1], what each pixel shows is; beyond that where there is no body.
+            Where in the photo, [-1, 1], what each pixel shows is; beyond that where there is no
+            body.
         """
         warped = [_warped(value, places) for value in features]
-        return self.tsf_model.draw(list(self.tsf_model.read(torch.cat([picture, condition], 1), warped)))
+        return self.tsf_model.draw(
+            list(self.tsf_model.read(torch.cat([picture, condition], 1), warped))
+        )
 
 
 def _warped(features: Tensor, places: Tensor) -> Tensor:
-    grid = functional.interpolate(places.permute(0, 3, 1, 2), size=features.shape[2:], mode="bilinear", align_corners=True)
-    return functional.grid_sample(features, grid.permute(0, 2, 3, 1), mode="bilinear", padding_mode="zeros", align_corners=True)
+    grid = functional.interpolate(
+        places.permute(0, 3, 1, 2), size=features.shape[2:], mode="bilinear", align_corners=True
+    )
+    return functional.grid_sample(
+        features,
+        grid.permute(0, 2, 3, 1),
+        mode="bilinear",
+        padding_mode="zeros",
+        align_corners=True,
+    )
 
 
 class _Normed(nn.Sequential):
@@ -101,7 +121,11 @@ class _Block(nn.Module):
     def __init__(self, width: int) -> None:
         super().__init__()
         first = _Normed(nn.Conv2d(width, width, 3, padding=1, bias=False), width)
-        self.main = nn.Sequential(*first, nn.Conv2d(width, width, 3, padding=1, bias=False), nn.InstanceNorm2d(width, affine=True))
+        self.main = nn.Sequential(
+            *first,
+            nn.Conv2d(width, width, 3, padding=1, bias=False),
+            nn.InstanceNorm2d(width, affine=True),
+        )
 
     def forward(self, value: Tensor) -> Tensor:
         out: Tensor = value + self.main(value)
@@ -109,14 +133,20 @@ class _Block(nn.Module):
 
 
 class _Background(nn.Module):
-    """Convolutions that halve the picture, residual blocks, and convolutions that double it again."""
+    """Convolutions that halve the picture, residual blocks, and convolutions that double it
+    again."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
         blocks = numbers(state, r"model\.(\d+)\.main")
         if not blocks:
-            raise InputError("the checkpoint lacks 'bg_model.model.N.main'; is it another network's?")
-        width, self.inputs = channels(state, "model.0.weight", 0), channels(state, "model.0.weight", 1)
+            raise InputError(
+                "the checkpoint lacks 'bg_model.model.N.main'; is it another network's?"
+            )
+        width, self.inputs = (
+            channels(state, "model.0.weight", 0),
+            channels(state, "model.0.weight", 1),
+        )
         layers = [*_Normed(_first(self.inputs, width), width)]
         halvings = (blocks[0] - 3) // 3
         for _ in range(halvings):
@@ -126,7 +156,9 @@ class _Background(nn.Module):
         for _ in range(halvings):
             layers += [*_Normed(_doubled(width, width // 2), width // 2)]
             width //= 2
-        self.model = nn.Sequential(*layers, nn.Conv2d(width, 3, 7, padding=3, bias=False), nn.Tanh())
+        self.model = nn.Sequential(
+            *layers, nn.Conv2d(width, 3, 7, padding=3, bias=False), nn.Tanh()
+        )
 
     def forward(self, value: Tensor) -> Tensor:
         out: Tensor = self.model(value)
@@ -134,26 +166,44 @@ class _Background(nn.Module):
 
 
 class _Stream(nn.Module):
-    """The same with bridges from each size on the way down to that on the way up, and two ends: a picture, and the background's share."""
+    """The same with bridges from each size on the way down to that on the way up, and two ends: a
+    picture, and the background's share."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
-        depth, blocks = len(numbers(state, r"encoders\.(\d+)\.")) - 1, numbers(state, r"resnets\.(\d+)\.")
-        width, self.inputs = channels(state, "encoders.0.0.weight", 0), channels(state, "encoders.0.0.weight", 1)
+        depth, blocks = (
+            len(numbers(state, r"encoders\.(\d+)\.")) - 1,
+            numbers(state, r"resnets\.(\d+)\."),
+        )
+        width, self.inputs = (
+            channels(state, "encoders.0.0.weight", 0),
+            channels(state, "encoders.0.0.weight", 1),
+        )
         widths = [width * 2**level for level in range(depth + 1)]
         self.encoders = nn.Sequential(
-            _Normed(_first(self.inputs, width), width), *(_Normed(_halved(near, 2 * near), 2 * near) for near in widths[:-1])
+            _Normed(_first(self.inputs, width), width),
+            *(_Normed(_halved(near, 2 * near), 2 * near) for near in widths[:-1]),
         )
         self.resnets = nn.Sequential(*(_Block(widths[-1]) for _ in blocks))
         back = widths[:0:-1]
-        self.decoders = nn.Sequential(*(_Normed(_doubled(near, near // 2), near // 2) for near in back))
-        self.skippers = nn.Sequential(*(_Normed(nn.Conv2d(near, near // 2, 3, padding=1, bias=False), near // 2) for near in back))
+        self.decoders = nn.Sequential(
+            *(_Normed(_doubled(near, near // 2), near // 2) for near in back)
+        )
+        self.skippers = nn.Sequential(
+            *(
+                _Normed(nn.Conv2d(near, near // 2, 3, padding=1, bias=False), near // 2)
+                for near in back
+            )
+        )
         self.img_reg = nn.Sequential(nn.Conv2d(width, 3, 7, padding=3, bias=False), nn.Tanh())
         # spelled so in the file
-        self.attetion_reg = nn.Sequential(nn.Conv2d(width, 1, 7, padding=3, bias=False), nn.Sigmoid())
+        self.attetion_reg = nn.Sequential(
+            nn.Conv2d(width, 1, 7, padding=3, bias=False), nn.Sigmoid()
+        )
 
     def read(self, value: Tensor, added: Sequence[Tensor] | None = None) -> Iterator[Tensor]:
-        """Features after every convolution that halves, and every block, each with its own of `added` (the first has none)."""
+        """Features after every convolution that halves, and every block, each with its own of
+        `added` (the first has none)."""
         for index, layer in enumerate([*self.encoders, *self.resnets]):
             value = layer(value)
             if added is not None and index:

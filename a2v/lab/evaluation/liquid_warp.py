@@ -1,4 +1,5 @@
-"""Films of Liquid Warping GAN: what its generator is given of a photo and a posed body, and what it draws of it."""
+"""Films of Liquid Warping GAN: what its generator is given of a photo and a posed body, and what it
+draws of it."""
 
 from __future__ import annotations
 
@@ -31,12 +32,14 @@ NOWHERE = -2.0
 
 
 def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArray:
-    """The texture coordinates (F, 3) that the generator knows a body's faces (F, 3) by: the middle of a face's first edge, v down, and 0.
+    """The texture coordinates (F, 3) that the generator knows a body's faces (F, 3) by: the middle
+    of a face's first edge, v down, and 0.
 
     Parameters
     ----------
     path
-        An OBJ of SMPL's mesh with texture coordinates (the published ``mapper.txt``, or the model's own).
+        An OBJ of SMPL's mesh with texture coordinates (the published ``mapper.txt``, or the model's
+        own).
 
     Raises
     ------
@@ -47,13 +50,19 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
     try:
         mesh = parse_obj(read_bytes(path, limit=MAX_BYTES).decode("ascii"), name)
     except UnicodeDecodeError:
-        raise InputError(f"{name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)") from None
+        raise InputError(
+            f"{name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)"
+        ) from None
     found = {tuple(sorted(face)): index for index, face in enumerate(mesh.faces.tolist())}
     chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]
     if min(chosen) < 0:
-        raise InputError(f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file")
+        raise InputError(
+            f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file"
+        )
     middles = mesh.uv[chosen][:, :2].mean(axis=1)
-    return np.asarray(np.stack([middles[:, 0], 1 - middles[:, 1], 0 * middles[:, 0]], axis=1), np.float32)
+    return np.asarray(
+        np.stack([middles[:, 0], 1 - middles[:, 1], 0 * middles[:, 0]], axis=1), np.float32
+    )
 
 
 class LiquidWarp:
@@ -71,7 +80,14 @@ class LiquidWarp:
     """
 
     def __init__(
-        self, generator: Generator, texture: FloatArray, subject: Subject, body: Body, camera: OrthographicCamera, *, pixels: int = 256
+        self,
+        generator: Generator,
+        texture: FloatArray,
+        subject: Subject,
+        body: Body,
+        camera: OrthographicCamera,
+        *,
+        pixels: int = 256,
     ) -> None:
         import cv2
         import torch
@@ -83,41 +99,68 @@ class LiquidWarp:
         self._picture = _as_input(frame.image)
         hits = self._seen_in_photo()
         condition = self._condition(hits)
-        grown = cv2.dilate(hits.hit.reshape(pixels, pixels).astype(np.uint8), np.ones((GROWN_FRONT, GROWN_FRONT), np.uint8))
-        person = cv2.dilate((frame.mask > 0.5).astype(np.uint8), np.ones((GROWN_BACK, GROWN_BACK), np.uint8))
+        grown = cv2.dilate(
+            hits.hit.reshape(pixels, pixels).astype(np.uint8),
+            np.ones((GROWN_FRONT, GROWN_FRONT), np.uint8),
+        )
+        person = cv2.dilate(
+            (frame.mask > 0.5).astype(np.uint8), np.ones((GROWN_BACK, GROWN_BACK), np.uint8)
+        )
         with torch.inference_mode():
             self._background = generator.background(self._picture, _as_mask(person))
             self._features = generator.read(self._picture * _as_mask(grown), condition)
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
-        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by `view`, before the photo's background."""
+        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by
+        `view`, before the photo's background."""
         import cv2
         import torch
 
         side = self._pixels
-        hits = RayScene(posed, self._faces).cast(np.tile(np.asarray(view.origin, np.float32), (side * side, 1)), directions(view, side))
+        hits = RayScene(posed, self._faces).cast(
+            np.tile(np.asarray(view.origin, np.float32), (side * side, 1)), directions(view, side)
+        )
         places = torch.from_numpy(self.places(hits)).view(1, side, side, 2)
         with torch.inference_mode():
-            moved = torch.nn.functional.grid_sample(self._picture, places, mode="bilinear", padding_mode="zeros", align_corners=True)
-            drawn, behind = self._generator.draw(self._features, moved, self._condition(hits), places)
+            moved = torch.nn.functional.grid_sample(
+                self._picture, places, mode="bilinear", padding_mode="zeros", align_corners=True
+            )
+            drawn, behind = self._generator.draw(
+                self._features, moved, self._condition(hits), places
+            )
             picture = (behind * self._background + (1 - behind) * drawn)[0].permute(1, 2, 0).numpy()
         return np.asarray(
-            cv2.resize(np.clip(127.5 * picture + 127.5, 0, 255).astype(np.uint8), (size, size), interpolation=cv2.INTER_CUBIC)
+            cv2.resize(
+                np.clip(127.5 * picture + 127.5, 0, 255).astype(np.uint8),
+                (size, size),
+                interpolation=cv2.INTER_CUBIC,
+            )
         )
 
     def places(self, hits: Hits) -> FloatArray:
-        """Where in the photo's square, [-1, 1], the body's points are that rays (n,) hit: (n, 2); `NOWHERE` for the others."""
+        """Where in the photo's square, [-1, 1], the body's points are that rays (n,) hit: (n, 2);
+        `NOWHERE` for the others."""
         out = np.full((len(hits.hit), 2), NOWHERE, np.float32)
-        out[hits.hit] = self._camera.project(hits.interpolate(self._vertices, self._faces)) / (self._pixels / 2) - 1
+        out[hits.hit] = (
+            self._camera.project(hits.interpolate(self._vertices, self._faces)) / (self._pixels / 2)
+            - 1
+        )
         return out
 
     def _seen_in_photo(self) -> Hits:
         """The body's faces at the middles of the square's pixels."""
         middles = np.arange(self._pixels) + 0.5
         u, v = np.meshgrid(middles, middles)
-        x, y = (u - self._camera.center_u) / self._camera.scale, (self._camera.center_v - v) / self._camera.scale
-        origins = np.stack([x, y, np.full_like(x, 1 + self._vertices[:, 2].max())], axis=-1).reshape(-1, 3)
-        return RayScene(self._vertices, self._faces).cast(origins.astype(np.float32), np.array([0, 0, -1], np.float32))
+        x, y = (
+            (u - self._camera.center_u) / self._camera.scale,
+            (self._camera.center_v - v) / self._camera.scale,
+        )
+        origins = np.stack(
+            [x, y, np.full_like(x, 1 + self._vertices[:, 2].max())], axis=-1
+        ).reshape(-1, 3)
+        return RayScene(self._vertices, self._faces).cast(
+            origins.astype(np.float32), np.array([0, 0, -1], np.float32)
+        )
 
     def _condition(self, hits: Hits) -> Tensor:
         """Texture coordinates and background (1, 3, S, S) of what a square's rays hit."""

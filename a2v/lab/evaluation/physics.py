@@ -1,7 +1,7 @@
 """Does a motion obey the ground: foot skating, penetration, float, jitter, bone lengths.
 
-Definitions as in the literature on motion generation (docs/evaluation.md): always print the real data's value beside a
-generated one, it is never zero.
+Definitions as in the literature on motion generation (docs/evaluation.md): always print the real
+data's value beside a generated one, it is never zero.
 """
 
 from __future__ import annotations
@@ -22,21 +22,23 @@ class PhysicsMetrics:
     Attributes
     ----------
     skating : float
-        Fraction of frame pairs in which a foot joint is lower than 5 cm in both frames and moves faster than 0.5 m/s over
-        the ground, at 20 fps.
+        Fraction of frame pairs in which a foot joint is lower than 5 cm in both frames and moves
+        faster than 0.5 m/s over the ground, at 20 fps.
     penetration : float
         Mean over frames of the depth of the lowest joint under the floor beyond 5 mm, mm.
     floating : float
         Mean over frames of the height of the lowest joint over the floor beyond 5 mm, mm.
     slide : float
-        Mean path over the ground of foot joints while they are lower than 5 cm, mm a frame at 20 fps.
+        Mean path over the ground of foot joints while they are lower than 5 cm, mm a frame at 20
+        fps.
     jitter : float
         Mean length of the third difference of joint positions times fps^3, m/s^3.
     bone_variation : float
         Standard deviation over mean of bone lengths over time, mean over bones.
     contact_slide : float
-        Speed over the ground of the ends of the feet while they are within 3 cm of their own lowest levels, median, m/s; the measures above take one
-        floor for both feet, and count feet of a clip that floats as clean.
+        Speed over the ground of the ends of the feet while they are within 3 cm of their own lowest
+        levels, median, m/s; the measures above take one floor for both feet, and count feet of a
+        clip that floats as clean.
     contact_fast : float
         Share of those frames with more than .3 m/s.
     """
@@ -98,7 +100,8 @@ def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
 
 
 def foot_slide(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
-    """Mean path over the ground, mm a frame at 20 fps, of foot joints (..., T, F, 3) while lower than 5 cm."""
+    """Mean path over the ground, mm a frame at 20 fps, of foot joints (..., T, F, 3) while lower
+    than 5 cm."""
     feet = _at_rate(np.asarray(feet, dtype=np.float64), fps)
     if feet.shape[-3] < 2:
         return 0.0
@@ -109,13 +112,17 @@ def foot_slide(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
 
 
 def ground_distance(points: FloatArray, *, floor: float = 0.0) -> tuple[float, float]:
-    """Penetration and float in mm of points (..., T, P, 3): the lowest point a frame, beyond 5 mm of tolerance, mean."""
+    """Penetration and float in mm of points (..., T, P, 3): the lowest point a frame, beyond 5 mm
+    of tolerance, mean."""
     lowest = np.asarray(points)[..., 1].min(-1) - floor
-    return float(1000 * np.maximum(-lowest - TOLERANCE, 0).mean()), float(1000 * np.maximum(lowest - TOLERANCE, 0).mean())
+    return float(1000 * np.maximum(-lowest - TOLERANCE, 0).mean()), float(
+        1000 * np.maximum(lowest - TOLERANCE, 0).mean()
+    )
 
 
 def jitter(joints: FloatArray, fps: float) -> float:
-    """Mean |third difference| * fps^3, m/s^3, of joints (..., T, J, 3); 0 for fewer than 4 frames."""
+    """Mean |third difference| * fps^3, m/s^3, of joints (..., T, J, 3); 0 for fewer than 4
+    frames."""
     joints = np.asarray(joints, dtype=np.float64)
     if joints.shape[-3] < 4:
         return 0.0
@@ -123,19 +130,27 @@ def jitter(joints: FloatArray, fps: float) -> float:
 
 
 def bone_variation(joints: FloatArray, parents: IntArray) -> float:
-    """Standard deviation over mean of bone lengths over time, mean over bones and clips; joints (..., T, J, 3)."""
+    """Standard deviation over mean of bone lengths over time, mean over bones and clips; joints
+    (..., T, J, 3)."""
     joints, parents = np.asarray(joints, dtype=np.float64), np.asarray(parents, dtype=np.int64)
     lengths = np.linalg.norm(joints[..., 1:, :] - joints[..., parents[1:], :], axis=-1)
     mean = lengths.mean(-2)
-    return float((lengths.std(-2) / np.maximum(mean, 1e-9))[mean > 1e-6].mean()) if (mean > 1e-6).any() else 0.0
+    return (
+        float((lengths.std(-2) / np.maximum(mean, 1e-9))[mean > 1e-6].mean())
+        if (mean > 1e-6).any()
+        else 0.0
+    )
 
 
 def floor_height(joints: FloatArray) -> float:
-    """Height of the ground under a clip (..., T, J, 3): the lowest joint's 5 % quantile over frames."""
+    """Height of the ground under a clip (..., T, J, 3): the lowest joint's 5 % quantile over
+    frames."""
     return float(np.quantile(np.asarray(joints)[..., 1].min(-1), 0.05))
 
 
-def physics_metrics(motion: Motion, *, feet: tuple[int, ...] | None = None, floor: float | None = 0.0) -> PhysicsMetrics:
+def physics_metrics(
+    motion: Motion, *, feet: tuple[int, ...] | None = None, floor: float | None = 0.0
+) -> PhysicsMetrics:
     """All measures of a clip or a batch.
 
     Parameters
@@ -156,13 +171,26 @@ def physics_metrics(motion: Motion, *, feet: tuple[int, ...] | None = None, floo
         from a2v.kinematics.names import canonical_joints
 
         found = canonical_joints(motion.joint_names, motion.parents.tolist())
-        feet = tuple(found[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot") if name in found)
+        feet = tuple(
+            found[name]
+            for name in ("left_ankle", "left_foot", "right_ankle", "right_foot")
+            if name in found
+        )
     if not feet:
-        raise InputError(f"no foot joints among {', '.join(motion.joint_names[:8])}; give their indices")
+        raise InputError(
+            f"no foot joints among {', '.join(motion.joint_names[:8])}; give their indices"
+        )
     return joints_physics(motion.joints, motion.fps, motion.parents, feet, floor=floor)
 
 
-def joints_physics(joints: FloatArray, fps: float, parents: IntArray, feet: Sequence[int], *, floor: float | None = None) -> PhysicsMetrics:
+def joints_physics(
+    joints: FloatArray,
+    fps: float,
+    parents: IntArray,
+    feet: Sequence[int],
+    *,
+    floor: float | None = None,
+) -> PhysicsMetrics:
     """All measures of plain joints, as `physics_metrics` gives them for a Motion.
 
     Parameters
@@ -190,23 +218,35 @@ def joints_physics(joints: FloatArray, fps: float, parents: IntArray, feet: Sequ
                 bone_variation(clip, parents),
             )
         )
-    speeds = np.concatenate([contact_speeds(clip[:, ends_of(feet, parents)], fps) for clip in joints.reshape((-1, *joints.shape[-3:]))])
-    slides = (float(np.median(speeds)), float((speeds > SLIDES).mean())) if len(speeds) else (0.0, 0.0)
+    speeds = np.concatenate(
+        [
+            contact_speeds(clip[:, ends_of(feet, parents)], fps)
+            for clip in joints.reshape((-1, *joints.shape[-3:]))
+        ]
+    )
+    slides = (
+        (float(np.median(speeds)), float((speeds > SLIDES).mean())) if len(speeds) else (0.0, 0.0)
+    )
     return PhysicsMetrics(*(float(value) for value in (*np.mean(rows, axis=0), *slides)))
 
 
 def ends_of(feet: Sequence[int], parents: IntArray) -> list[int]:
-    """Those of the foot joints that no other of them hangs on: toes, or ankles where there are none."""
+    """Those of the foot joints that no other of them hangs on: toes, or ankles where there are
+    none."""
     above = {int(parents[joint]) for joint in feet}
     return [joint for joint in feet if joint not in above]
 
 
 def contact_speeds(feet: FloatArray, fps: float) -> FloatArray:
-    """Speeds (n,) over the ground, m/s, of feet (T, F, 3) in the frames in which they are within `DOWN` of their own lowest level."""
+    """Speeds (n,) over the ground, m/s, of feet (T, F, 3) in the frames in which they are within
+    `DOWN` of their own lowest level."""
     if len(feet) < 2:
         return np.zeros(0)
     down = feet[..., 1] - np.quantile(feet[..., 1], LOWEST, axis=0) < DOWN
-    speeds: FloatArray = np.linalg.norm(np.gradient(feet[..., [0, 2]].astype(np.float64), axis=0), axis=-1)[down] * fps
+    speeds: FloatArray = (
+        np.linalg.norm(np.gradient(feet[..., [0, 2]].astype(np.float64), axis=0), axis=-1)[down]
+        * fps
+    )
     return speeds
 
 
@@ -218,5 +258,7 @@ def _at_rate(points: FloatArray, fps: float) -> FloatArray:
     at = np.arange(int(np.floor((frames - 1) * RATE / fps + 1e-9)) + 1) * (fps / RATE)
     first = np.minimum(at.astype(np.int64), frames - 2)
     share = (at - first)[:, None, None]
-    resampled: FloatArray = np.take(points, first, axis=-3) * (1 - share) + np.take(points, first + 1, axis=-3) * share
+    resampled: FloatArray = (
+        np.take(points, first, axis=-3) * (1 - share) + np.take(points, first + 1, axis=-3) * share
+    )
     return resampled

@@ -23,7 +23,8 @@ from a2v.version import __version__
 
 REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
-"""The floor of tables with actions drawn alike: recordings of the same actions as the models' clips."""
+"""The floor of tables with actions drawn alike: recordings of the same actions as the models'
+clips."""
 
 PART = 250
 """Clips that are made at a time."""
@@ -45,9 +46,11 @@ class EvaluationSettings:
     repeats : int
         Independent repeats; tables give their mean and 95 % interval.
     labels : "data" or "uniform"
-        Actions of the generated clips: as frequent as in the data, or all drawn alike, as the published evaluation does. Real
-        clips are drawn as they are, so under "uniform" even real motions, drawn with equal actions, have an FID of 2.3 on HumanAct12
-        (0.5 fine-grained, 3.3 on CMU): a row of its own says so, and no row of one protocol compares with one of the other.
+        Actions of the generated clips: as frequent as in the data, or all drawn alike, as the
+        published evaluation does. Real clips are drawn as they are, so under "uniform" even real
+        motions, drawn with equal actions, have an FID of 2.3 on HumanAct12 (0.5 fine-grained, 3.3
+        on CMU): a row of its own says so, and no row of one protocol compares with one of the
+        other.
     state : "random" or "zeros"
         First state of the classifier's GRU: the papers' random one, or the deterministic protocol.
     seed : int
@@ -65,7 +68,9 @@ class EvaluationSettings:
 
     def __post_init__(self) -> None:
         if self.clips < 40 or self.repeats < 1:
-            raise InputError(f"clips={self.clips}, repeats={self.repeats}; expected at least 40 clips (30 features) and 1 repeat")
+            raise InputError(
+                f"clips={self.clips}, repeats={self.repeats}; expected at least 40 clips (30 features) and 1 repeat"
+            )
         if self.physics_clips < 0:
             raise InputError(f"physics_clips is {self.physics_clips}; expected 0 or more")
 
@@ -77,7 +82,8 @@ class EvaluationSettings:
 
 @dataclass(frozen=True)
 class Scores:
-    """Metrics of one model: every repeat's value by metric, and the physical measures of `physics_clips` clips."""
+    """Metrics of one model: every repeat's value by metric, and the physical measures of
+    `physics_clips` clips."""
 
     name: str
     values: Mapping[str, tuple[float, ...]]
@@ -85,13 +91,18 @@ class Scores:
 
     def summary(self) -> dict[str, tuple[float, float]]:
         """Mean and half width of the 95 % interval by metric."""
-        return {metric: confidence_interval(np.asarray(values)) for metric, values in self.values.items()}
+        return {
+            metric: confidence_interval(np.asarray(values))
+            for metric, values in self.values.items()
+        }
 
 
 def generator_of(model: MotionModel, frames: int) -> Generate:
     """Sampling of an exported model as the protocol wants it."""
 
-    def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+    def generate(
+        labels: IntArray, lengths: FloatArray, generator: np.random.Generator
+    ) -> FloatArray:
         joints = []
         for start in range(0, len(labels), PART):
             part = slice(start, start + PART)
@@ -101,11 +112,15 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
     return generate
 
 
-def generator_of_families(model: MotionModel, fine: ActionDataset, coarse: ActionDataset, frames: int) -> Generate:
-    """Sampling of a model of finer actions under coarser names: like a random clip of the family, of its action, as long, and facing as it does.
+def generator_of_families(
+    model: MotionModel, fine: ActionDataset, coarse: ActionDataset, frames: int
+) -> Generate:
+    """Sampling of a model of finer actions under coarser names: like a random clip of the family,
+    of its action, as long, and facing as it does.
 
-    What a clip does, how long it moves and where in the laboratory it heads go together, and classifiers that see headings know clips by that
-    (docs/research/motion-flow.md): drawn apart, real clips lose as much.
+    What a clip does, how long it moves and where in the laboratory it heads go together, and
+    classifiers that see headings know clips by that (docs/research/motion-flow.md): drawn apart,
+    real clips lose as much.
 
     Parameters
     ----------
@@ -113,7 +128,8 @@ def generator_of_families(model: MotionModel, fine: ActionDataset, coarse: Actio
         Of the actions of `fine`.
     fine : ActionDataset
     coarse : ActionDataset
-        Recordings of the same names under the labels that are asked for; a recording of which `fine` has parts counts for each.
+        Recordings of the same names under the labels that are asked for; a recording of which
+        `fine` has parts counts for each.
 
     Raises
     ------
@@ -128,13 +144,20 @@ def generator_of_families(model: MotionModel, fine: ActionDataset, coarse: Actio
     sampler = ClipSampler(fine, fine.length)
     shares = np.minimum(np.array([len(clip) for clip in fine.joints]) / fine.length, 1)
 
-    def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+    def generate(
+        labels: IntArray, lengths: FloatArray, generator: np.random.Generator
+    ) -> FloatArray:
         clips = np.array([generator.choice(members[label]) for label in labels.tolist()])
         ahead = first_heading(sampler.windows(clips, generator), fine.skeleton)
         headings = np.arctan2(ahead[:, 1], ahead[:, 0])
         joints = [
             model.generate_like_data(
-                fine.labels[clips[part]], lengths[part], frames, generator, active=shares[clips[part]], headings=headings[part]
+                fine.labels[clips[part]],
+                lengths[part],
+                frames,
+                generator,
+                active=shares[clips[part]],
+                headings=headings[part],
             )
             for part in (slice(start, start + PART) for start in range(0, len(clips), PART))
         ]
@@ -144,7 +167,8 @@ def generator_of_families(model: MotionModel, fine: ActionDataset, coarse: Actio
 
 
 def recorded(dataset: ActionDataset) -> Generate:
-    """Random windows of recorded clips of the wanted actions, as a model would give them (their own bone lengths).
+    """Random windows of recorded clips of the wanted actions, as a model would give them (their own
+    bone lengths).
 
     Raises
     ------
@@ -178,7 +202,8 @@ def evaluate(
 ) -> list[Scores]:
     """Score models, with real motions as the first row.
 
-    Every row draws from generators of its own, the same for all: the same actions, bones and first states, whatever else is measured.
+    Every row draws from generators of its own, the same for all: the same actions, bones and first
+    states, whatever else is measured.
 
     Parameters
     ----------
@@ -197,7 +222,8 @@ def evaluate(
     Returns
     -------
     list of Scores
-        "Real motions" (two independent draws against each other), with uniform labels "Real, drawn alike", then the models.
+        "Real motions" (two independent draws against each other), with uniform labels "Real, drawn
+        alike", then the models.
 
     Raises
     ------
@@ -206,7 +232,9 @@ def evaluate(
     """
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
-    models = ({REAL_ALIKE: recorded(dataset)} if settings.labels == "uniform" else {}) | dict(models)
+    models = ({REAL_ALIKE: recorded(dataset)} if settings.labels == "uniform" else {}) | dict(
+        models
+    )
     names = [REAL, *models]
     rows = {name: row for name, row in (known or {}).items() if name in names}
     wanted = [name for name in names if name not in rows]
@@ -225,7 +253,8 @@ def evaluate(
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """What every row is measured with: `references` are the features (clips, 30) of real motions, one of each repeat."""
+    """What every row is measured with: `references` are the features (clips, 30) of real motions,
+    one of each repeat."""
 
     dataset: ActionDataset
     evaluator: Evaluator
@@ -234,17 +263,30 @@ class _Trial:
     references: Sequence[FloatArray]
 
     @classmethod
-    def of(cls, dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings, *, repeats: int) -> _Trial:
+    def of(
+        cls,
+        dataset: ActionDataset,
+        evaluator: Evaluator,
+        settings: EvaluationSettings,
+        *,
+        repeats: int,
+    ) -> _Trial:
         """With the references drawn."""
         sampler, references = ClipSampler(dataset, dataset.length), []
         for repeat in range(repeats):
             generator = np.random.default_rng([settings.seed, repeat, 0])
             reference, _, _ = sampler.batch(settings.clips, generator)
-            references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+            references.append(
+                evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[
+                    0
+                ]
+            )
         return cls(dataset, evaluator, sampler, settings, references)
 
 
-def _measure_row(name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]) -> Scores:
+def _measure_row(
+    name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]
+) -> Scores:
     """Every repeat of one row, against the references; recorded motions for None."""
     dataset, settings = trial.dataset, trial.settings
     values: dict[str, list[float]] = {metric: [] for metric in METRICS}
@@ -258,14 +300,22 @@ def _measure_row(name: str, generate: Generate | None, trial: _Trial, report_rep
         values["diversity"].append(diversity(features, generator))
         values["multimodality"].append(multimodality(features, labels, generator))
         if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
-            world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(dataset.frame.metres_per_unit)
-            physics = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
+            world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(
+                dataset.frame.metres_per_unit
+            )
+            physics = joints_physics(
+                world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet
+            )
         report_repeat(repeat + 1)
     return Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
 
 
 def _draw(
-    generate: Generate | None, dataset: ActionDataset, sampler: ClipSampler, settings: EvaluationSettings, generator: np.random.Generator
+    generate: Generate | None,
+    dataset: ActionDataset,
+    sampler: ClipSampler,
+    settings: EvaluationSettings,
+    generator: np.random.Generator,
 ) -> tuple[FloatArray, IntArray]:
     """Native motions and labels of one repeat: recorded ones for None."""
     if generate is None:
@@ -274,13 +324,18 @@ def _draw(
     clips = generator.integers(0, len(dataset), settings.clips)
     present = np.unique(dataset.labels)
     uniform = settings.labels == "uniform"
-    labels = present[generator.integers(0, len(present), settings.clips)] if uniform else dataset.labels[clips]
+    labels = (
+        present[generator.integers(0, len(present), settings.clips)]
+        if uniform
+        else dataset.labels[clips]
+    )
     return generate(labels, dataset.clip_bone_lengths[clips], generator), labels
 
 
 @dataclass(frozen=True, eq=False)
 class ActionRows:
-    """Rows of single actions that are known already (`evaluate`), by action and name, and what is called with the action and each row as it is measured."""
+    """Rows of single actions that are known already (`evaluate`), by action and name, and what is
+    called with the action and each row as it is measured."""
 
     known: Mapping[str, Mapping[str, Scores]] = field(default_factory=dict)
     on_row: Callable[[str, Scores], None] | None = None
@@ -296,9 +351,11 @@ def evaluate_actions(
     rows: ActionRows | None = None,
     progress: Progress | None = None,
 ) -> dict[str, list[Scores]]:
-    """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
+    """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec.
+    5.1.2).
 
-    Real and generated clips are of the one action; the classifier and its features are those of all actions.
+    Real and generated clips are of the one action; the classifier and its features are those of all
+    actions.
 
     Parameters
     ----------
@@ -319,17 +376,29 @@ def evaluate_actions(
     settings, rows = settings or EvaluationSettings(clips=500), rows or ActionRows()
     for action in actions:
         if action not in dataset.actions:
-            raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
+            raise InputError(
+                f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}"
+            )
     tables = {}
     for done, action in enumerate(actions):
-        own = dataset.subset(np.flatnonzero(dataset.labels == dataset.actions.index(action)).tolist())
+        own = dataset.subset(
+            np.flatnonzero(dataset.labels == dataset.actions.index(action)).tolist()
+        )
 
         def report_part(part: int, total: int, before: int = done) -> None:
             if progress is not None:
                 progress(before * total + part, len(actions) * total)
 
         kept = None if rows.on_row is None else functools.partial(rows.on_row, action)
-        tables[action] = evaluate(models, own, evaluator, settings, known=rows.known.get(action), progress=report_part, on_row=kept)
+        tables[action] = evaluate(
+            models,
+            own,
+            evaluator,
+            settings,
+            known=rows.known.get(action),
+            progress=report_part,
+            on_row=kept,
+        )
     return tables
 
 
@@ -341,22 +410,29 @@ def _cell(scores: Scores, metric: str) -> str:
 def markdown_table(scores: Sequence[Scores]) -> str:
     """The papers' table: mean ± half width of the 95 % interval (of several repeats)."""
     lines = ["| Methods | FID↓ | Accuracy↑ | Diversity→ | MModality→ |", "|---|---|---|---|---|"]
-    lines += [f"| {row.name} | {' | '.join(_cell(row, metric) for metric in METRICS)} |" for row in scores]
+    lines += [
+        f"| {row.name} | {' | '.join(_cell(row, metric) for metric in METRICS)} |" for row in scores
+    ]
     return "\n".join(lines)
 
 
 def action_table(tables: Mapping[str, Sequence[Scores]]) -> str:
     """The journal paper's Table 4: FID, accuracy and diversity of single actions side by side."""
     shown = METRICS[:3]
-    head = [f"{action} {metric}" for action in tables for metric in ("FID↓", "Accuracy↑", "Diversity→")]
+    head = [
+        f"{action} {metric}" for action in tables for metric in ("FID↓", "Accuracy↑", "Diversity→")
+    ]
     lines = [f"| Methods | {' | '.join(head)} |", "|---" * (len(head) + 1) + "|"]
     for rows in zip(*tables.values(), strict=True):
-        lines.append(f"| {rows[0].name} | {' | '.join(_cell(row, metric) for row in rows for metric in shown)} |")
+        lines.append(
+            f"| {rows[0].name} | {' | '.join(_cell(row, metric) for row in rows for metric in shown)} |"
+        )
     return "\n".join(lines)
 
 
 def physics_table(scores: Sequence[Scores]) -> str:
-    """Physical plausibility, real motions first: they are never at zero either; "" where it was not measured."""
+    """Physical plausibility, real motions first: they are never at zero either; "" where it was not
+    measured."""
     known = [row for row in scores if row.physics is not None]
     if not known:
         return ""
@@ -368,14 +444,17 @@ def physics_table(scores: Sequence[Scores]) -> str:
     lines = [f"| Methods | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
     for row in known:
         values = row.physics.as_dict() if row.physics is not None else {}
-        lines.append(f"| {row.name} | {' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} |")
+        lines.append(
+            f"| {row.name} | {' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} |"
+        )
     return "\n".join(lines)
 
 
 def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
     """Rows as JSON: every repeat's values by metric, and the physical measures."""
     return {
-        row.name: {metric: list(numbers) for metric, numbers in row.values.items()} | ({"physics": row.physics.as_dict()} if row.physics else {})
+        row.name: {metric: list(numbers) for metric, numbers in row.values.items()}
+        | ({"physics": row.physics.as_dict()} if row.physics else {})
         for row in scores
     }
 
@@ -383,15 +462,25 @@ def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
 def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scores]:
     """The inverse of `scores_as_dict`, by name."""
     return {
-        name: Scores(name, {metric: tuple(row[metric]) for metric in METRICS}, PhysicsMetrics(**row["physics"]) if "physics" in row else None)
+        name: Scores(
+            name,
+            {metric: tuple(row[metric]) for metric in METRICS},
+            PhysicsMetrics(**row["physics"]) if "physics" in row else None,
+        )
         for name, row in content.items()
     }
 
 
-def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings) -> dict[str, Any]:
+def report(
+    scores: Sequence[Scores],
+    dataset: ActionDataset,
+    evaluator: Evaluator,
+    settings: EvaluationSettings,
+) -> dict[str, Any]:
     """Everything a reader needs to reproduce a table, as JSON."""
     return {
-        # "generator": each row draws from its own, which tells this protocol from one generator for a whole table
+        # "generator": each row draws from its own, which tells this protocol from one generator for
+        # a whole table
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
         "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},

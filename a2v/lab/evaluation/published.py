@@ -54,7 +54,8 @@ PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
         "lie": (0.33, 0.949, 7.065, 2.052),
     },
 }
-"""FID, accuracy, diversity and multimodality by data set and row; 20 repeats of 3,000 clips, generated actions drawn alike."""
+"""FID, accuracy, diversity and multimodality by data set and row; 20 repeats of 3,000 clips,
+generated actions drawn alike."""
 
 PUBLISHED_ACTIONS: Mapping[str, Mapping[str, Mapping[str, tuple[float, float, float]]]] = {
     "cmu": {
@@ -74,21 +75,27 @@ PUBLISHED_ACTIONS: Mapping[str, Mapping[str, Mapping[str, tuple[float, float, fl
         },
     }
 }
-"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN where our text of the table has lost a figure:
-of the accuracies of Walk it has .786 and .930, and not to which rows they belong."""
+"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN where our
+text of the table has lost a figure: of the accuracies of Walk it has .786 and .930, and not to
+which rows they belong."""
 
 
 def published_action_table(dataset: str, actions: Iterable[str]) -> str:
-    """The published rows of single actions side by side as Markdown, "" where the papers lack one of them."""
+    """The published rows of single actions side by side as Markdown, "" where the papers lack one
+    of them."""
     known = PUBLISHED_ACTIONS.get(dataset, {})
     chosen = [name for name in actions if name in known]
     if not chosen:
         return ""
-    head = [f"{action} {metric}" for action in chosen for metric in ("FID↓", "Accuracy↑", "Diversity→")]
+    head = [
+        f"{action} {metric}" for action in chosen for metric in ("FID↓", "Accuracy↑", "Diversity→")
+    ]
     lines = [f"| Published | {' | '.join(head)} |", "|---" * (len(head) + 1) + "|"]
     for row in known[chosen[0]]:
         values = [value for action in chosen for value in known[action][row]]
-        lines.append(f"| {row} | {' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} |")
+        lines.append(
+            f"| {row} | {' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} |"
+        )
     return "\n".join(lines)
 
 
@@ -96,5 +103,8 @@ def published_table(dataset: str) -> str:
     """The rows of a data set as Markdown, "" where the papers have none."""
     rows = PUBLISHED.get(dataset, {})
     lines = ["| Published | FID↓ | Accuracy↑ | Diversity→ | MModality→ |", "|---|---|---|---|---|"]
-    lines += [f"| {name} | {' | '.join(f'{value:.3f}' for value in values)} |" for name, values in rows.items()]
+    lines += [
+        f"| {name} | {' | '.join(f'{value:.3f}' for value in values)} |"
+        for name, values in rows.items()
+    ]
     return "\n".join(lines) if rows else ""

@@ -23,10 +23,12 @@ class RetargetQuality:
     Attributes
     ----------
     error : float
-        Mean distance in metres of hips, knees, ankles, shoulders, elbows and wrists from where the motion's bones, turned as they
-        turn from its standing posture and scaled to the body's bone lengths, put them; the middle of the hips in common.
+        Mean distance in metres of hips, knees, ankles, shoulders, elbows and wrists from where the
+        motion's bones, turned as they turn from its standing posture and scaled to the body's bone
+        lengths, put them; the middle of the hips in common.
     plain_error : float
-        The same from the motion's bone directions as they are, whatever its skeleton's standing posture.
+        The same from the motion's bone directions as they are, whatever its skeleton's standing
+        posture.
     skating : float
         `a2v.lab.evaluation.physics.foot_skating` of ankles and balls of the feet.
     penetration : float
@@ -65,13 +67,22 @@ def measure_retargeting(motion: Motion, body: Body, transforms: FloatArray) -> R
     middle = 0.5 * (joints["left_hip"] + joints["right_hip"])
 
     def distance(wanted: dict[str, FloatArray]) -> float:
-        return float(np.mean([np.linalg.norm(joints[name] - middle - wanted[name], axis=-1).mean() for name in wanted]))
+        return float(
+            np.mean(
+                [
+                    np.linalg.norm(joints[name] - middle - wanted[name], axis=-1).mean()
+                    for name in wanted
+                ]
+            )
+        )
 
     posture = standing_posture(motion)
     pelvis = rig.bones["pelvis"]
     back = upright_back(_torso(source), world[:, pelvis, :3, :3] @ rig.rest[pelvis].T, posture, rig)
     lowest = place(rig.skin, world)[..., 1].min(-1)
-    feet = np.stack([joints[f"{side}_{name}"] for side in SIDES for name in ("ankle", "foot")], axis=1)
+    feet = np.stack(
+        [joints[f"{side}_{name}"] for side in SIDES for name in ("ankle", "foot")], axis=1
+    )
     return RetargetQuality(
         error=distance(_scaled(straightened(source, posture, rig), back, rig)),
         plain_error=distance(_scaled(source, _torso(source), rig)),
@@ -83,20 +94,29 @@ def measure_retargeting(motion: Motion, body: Body, transforms: FloatArray) -> R
 
 
 def _torso(source: dict[str, FloatArray]) -> FloatArray:
-    shoulders, hips = (0.5 * (source[f"left_{joint}"] + source[f"right_{joint}"]) for joint in ("shoulder", "hip"))
+    shoulders, hips = (
+        0.5 * (source[f"left_{joint}"] + source[f"right_{joint}"]) for joint in ("shoulder", "hip")
+    )
     return shoulders - hips
 
 
 def _scaled(source: dict[str, FloatArray], back: FloatArray, rig: Rig) -> dict[str, FloatArray]:
-    """Joints relative to the middle of the hips that have the source's bone directions and the body's bone lengths."""
+    """Joints relative to the middle of the hips that have the source's bone directions and the
+    body's bone lengths."""
 
     torso = unit(back) * np.linalg.norm(rig.middle("shoulder") - rig.middle("hip"))
     out: dict[str, FloatArray] = {}
     for base, start in (("hip", np.zeros_like(torso)), ("shoulder", torso)):
-        across = unit(source[f"left_{base}"] - source[f"right_{base}"]) * rig.length(f"left_{base}", f"right_{base}") / 2
+        across = (
+            unit(source[f"left_{base}"] - source[f"right_{base}"])
+            * rig.length(f"left_{base}", f"right_{base}")
+            / 2
+        )
         out[f"left_{base}"], out[f"right_{base}"] = start + across, start - across
     for side in SIDES:
         for a, b in _LIMB_BONES:
             step = unit(source[f"{side}_{b}"] - source[f"{side}_{a}"])
-            out[f"{side}_{b}"] = out[f"{side}_{a}"] + step * rig.length(f"{side}_{a}", f"{side}_{b}")
+            out[f"{side}_{b}"] = out[f"{side}_{a}"] + step * rig.length(
+                f"{side}_{a}", f"{side}_{b}"
+            )
     return out

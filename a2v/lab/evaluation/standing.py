@@ -1,7 +1,10 @@
-"""Do feet stand, are clips alive as recordings are, do seeds differ: every action by itself, of clips as the commands make them.
+"""Do feet stand, are clips alive as recordings are, do seeds differ: every action by itself, of
+clips as the commands make them.
 
-A foot is down while its toe is near its own lowest level, wherever that lies: a clip that floats, or one whose toes stand unequally high, is measured
-like any other (`a2v.lab.evaluation.physics.foot_skating` takes one floor for all, and counts clips that float as clean).
+A foot is down while its toe is near its own lowest level, wherever that lies: a clip that floats,
+or one whose toes stand unequally high, is measured like any other
+(`a2v.lab.evaluation.physics.foot_skating` takes one floor for all, and counts clips that float as
+clean).
 """
 
 from __future__ import annotations
@@ -16,7 +19,14 @@ from a2v.kinematics import Skeleton
 from a2v.kinematics.resample import resample_motion
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.datasets.base import ClipSampler
-from a2v.lab.evaluation.physics import SLIDES, contact_speeds, ends_of, floor_height, ground_distance, jitter
+from a2v.lab.evaluation.physics import (
+    SLIDES,
+    contact_speeds,
+    ends_of,
+    floor_height,
+    ground_distance,
+    jitter,
+)
 from a2v.lab.evaluation.vocabulary import ENOUGH_CLIPS, aligned_windows, repetition
 from a2v.types import FloatArray, Motion, Progress
 
@@ -27,7 +37,8 @@ SECONDS = 5.0
 RECORDINGS = 12
 """Recordings of an action that are looked at, at most: the longest tells no more than a dozen."""
 COPY = 1e-3
-"""Metres between windows, root mean square, under which two recordings are one: the data base has some under two numbers."""
+"""Metres between windows, root mean square, under which two recordings are one: the data base has
+some under two numbers."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,8 @@ class StandingScore:
         That are no copies of one another.
     generated, recorded : Standing
     spread : float
-        Distance between clips of different seeds over that between recordings (root mean square over joints, medians); None for fewer than two recordings.
+        Distance between clips of different seeds over that between recordings (root mean square
+        over joints, medians); None for fewer than two recordings.
     nearest : float
         Median distance of a generated clip to the most similar recorded window, metres.
     """
@@ -82,7 +94,9 @@ class StandingScore:
 
 def measure(clips: Sequence[FloatArray], fps: float, skeleton: Skeleton) -> Standing:
     """`Standing` of clips (T_i, J, 3), metres."""
-    speeds = np.concatenate([contact_speeds(clip[:, ends_of(skeleton.feet, skeleton.parents)], fps) for clip in clips])
+    speeds = np.concatenate(
+        [contact_speeds(clip[:, ends_of(skeleton.feet, skeleton.parents)], fps) for clip in clips]
+    )
     grounds = [ground_distance(clip, floor=floor_height(clip)) for clip in clips]
     return Standing(
         slide=float(np.median(speeds)) if len(speeds) else 0.0,
@@ -90,7 +104,9 @@ def measure(clips: Sequence[FloatArray], fps: float, skeleton: Skeleton) -> Stan
         penetration=float(np.mean([depth for depth, _ in grounds])),
         floating=float(np.mean([over for _, over in grounds])),
         jerk=float(np.mean([jitter(clip, fps) for clip in clips])),
-        speed=float(np.mean([np.linalg.norm(np.diff(clip, axis=0), axis=-1).mean() * fps for clip in clips])),
+        speed=float(
+            np.mean([np.linalg.norm(np.diff(clip, axis=0), axis=-1).mean() * fps for clip in clips])
+        ),
     )
 
 
@@ -122,8 +138,14 @@ def score_standing(
         `clips` is under 2.
     """
     if clips < 2:
-        raise InputError(f"{clips} clips an action; expected at least 2, whose distance tells how seeds differ")
-    present = [dataset.actions[label] for label in np.unique(dataset.labels)] if actions is None else list(actions)
+        raise InputError(
+            f"{clips} clips an action; expected at least 2, whose distance tells how seeds differ"
+        )
+    present = (
+        [dataset.actions[label] for label in np.unique(dataset.labels)]
+        if actions is None
+        else list(actions)
+    )
     scores = []
     for done, action in enumerate(present):
         own = np.flatnonzero(dataset.labels == dataset.actions.index(action))
@@ -134,14 +156,22 @@ def score_standing(
 
 
 def _score(
-    make: Callable[[str, int], Motion], dataset: ActionDataset, action: str, own: np.ndarray, clips: int, seconds: float
+    make: Callable[[str, int], Motion],
+    dataset: ActionDataset,
+    action: str,
+    own: np.ndarray,
+    clips: int,
+    seconds: float,
 ) -> StandingScore:
     made = [resample_motion(make(action, seed), FPS) for seed in range(clips)]
     frames = round(seconds * dataset.fps)
     usual = int(np.median([len(dataset.joints[index]) for index in own]))
     length = max(min(frames, usual, dataset.length), 2)
     one = dataset.subset(_different(dataset, own, length)[:RECORDINGS])
-    real = [_middle(resample_motion(one.motion(index), FPS).joints, round(seconds * FPS)) for index in range(len(one))]
+    real = [
+        _middle(resample_motion(one.motion(index), FPS).joints, round(seconds * FPS))
+        for index in range(len(one))
+    ]
     unit = np.float32(dataset.frame.metres_per_unit)
     windows = np.stack([_at(clip, length, dataset.fps) for clip in made]) / unit
     spread = None
@@ -161,7 +191,9 @@ def _score(
 
 def _different(dataset: ActionDataset, own: np.ndarray, length: int) -> list[int]:
     """The clips `own` without those that are copies of one before."""
-    first = aligned_windows(np.stack([_first(dataset.joints[index], length) for index in own]), dataset.skeleton)
+    first = aligned_windows(
+        np.stack([_first(dataset.joints[index], length) for index in own]), dataset.skeleton
+    )
     kept: list[int] = []
     for at in range(len(own)):
         if all(np.linalg.norm(first[at] - first[other]) > COPY for other in kept):
@@ -185,12 +217,15 @@ def _at(motion: Motion, length: int, fps: float) -> FloatArray:
     at = np.minimum(np.arange(length) * (motion.fps / fps), motion.frames - 1)
     first = np.minimum(at.astype(np.int64), motion.frames - 2)
     share = (at - first)[:, None, None]
-    found: FloatArray = (motion.joints[first] * (1 - share) + motion.joints[first + 1] * share).astype(np.float32)
+    found: FloatArray = (
+        motion.joints[first] * (1 - share) + motion.joints[first + 1] * share
+    ).astype(np.float32)
     return found
 
 
 def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
-    """Median distance between windows (N, T, J, 3), first roots at the origin, facing +z: root mean square over joints."""
+    """Median distance between windows (N, T, J, 3), first roots at the origin, facing +z: root mean
+    square over joints."""
     flat = aligned_windows(windows, skeleton)
     pairs = np.triu_indices(len(flat), 1)
     return float(np.median(np.linalg.norm(flat[pairs[0]] - flat[pairs[1]], axis=-1)))
@@ -222,11 +257,18 @@ def ratio(made: float, real: float) -> float:
 
 def summary(scores: Sequence[StandingScore]) -> str:
     """One paragraph of medians and worst actions."""
-    slides, real = ([100 * getattr(row, which).slide for row in scores] for which in ("generated", "recorded"))
-    fast = [100 * np.mean([getattr(row, which).fast for row in scores]) for which in ("generated", "recorded")]
+    slides, real = (
+        [100 * getattr(row, which).slide for row in scores] for which in ("generated", "recorded")
+    )
+    fast = [
+        100 * np.mean([getattr(row, which).fast for row in scores])
+        for which in ("generated", "recorded")
+    ]
     jerks = [ratio(row.generated.jerk, row.recorded.jerk) for row in scores]
     speeds = [ratio(row.generated.speed, row.recorded.speed) for row in scores]
-    spreads = [row.spread for row in scores if row.spread is not None and row.recordings >= ENOUGH_CLIPS]
+    spreads = [
+        row.spread for row in scores if row.spread is not None and row.recordings >= ENOUGH_CLIPS
+    ]
     worst = scores[int(np.argmax(slides))].action
     text = (
         f"Slide in contact: median {np.median(slides):.0f} cm/s (recordings {np.median(real):.0f}), at most {max(slides):.0f} ({worst}). "

@@ -1,7 +1,8 @@
-"""The papers' user studies: preference ranking and real-or-fake (conference paper, Sec. 4.2.5 and A.5; journal paper, Table 3).
+"""The papers' user studies: preference ranking and real-or-fake (conference paper, Sec. 4.2.5 and
+A.5; journal paper, Table 3).
 
-`write_survey` makes one static page with the clips inside, and a key that says which clip is whose. What participants saved is read by
-`a2v.lab.evaluation.survey_answers`.
+`write_survey` makes one static page with the clips inside, and a key that says which clip is whose.
+What participants saved is read by `a2v.lab.evaluation.survey_answers`.
 """
 
 from __future__ import annotations
@@ -73,7 +74,9 @@ class SurveySettings:
 
     def __post_init__(self) -> None:
         if min(self.preference, self.real_or_fake) < 0 or self.preference + self.real_or_fake < 1:
-            raise InputError(f"preference={self.preference}, real_or_fake={self.real_or_fake}; expected at least one question")
+            raise InputError(
+                f"preference={self.preference}, real_or_fake={self.real_or_fake}; expected at least one question"
+            )
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,9 @@ class Survey:
     @property
     def id(self) -> str:
         """16 hexadecimal digits over questions and key."""
-        return hashlib.sha256(json.dumps([self.questions, self.sources], sort_keys=True).encode()).hexdigest()[:16]
+        return hashlib.sha256(
+            json.dumps([self.questions, self.sources], sort_keys=True).encode()
+        ).hexdigest()[:16]
 
 
 def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Survey:
@@ -107,22 +112,32 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
     Parameters
     ----------
     sources : Sources
-        Only actions that all sources have are asked about. Clips are used up in turn, and again from the first.
+        Only actions that all sources have are asked about. Clips are used up in turn, and again
+        from the first.
     settings : SurveySettings or None
 
     Raises
     ------
     InputError
-        Fewer than two sources to rank, no real clips to tell from others, no action in common, or too many clips.
+        Fewer than two sources to rank, no real clips to tell from others, no action in common, or
+        too many clips.
     """
     settings = settings or SurveySettings()
     if not sources or len(sources) > MAX_SOURCES:
         raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
     if settings.preference and len(sources) < 2:
-        raise InputError("preferences need at least two sources of motion; give another model or the real data, or ask for none")
+        raise InputError(
+            "preferences need at least two sources of motion; give another model or the real data, or ask for none"
+        )
     if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
-        raise InputError("real-or-fake questions need the real data and a model; give both, or ask for none")
-    actions = [action for action in next(iter(sources.values())) if all(own.get(action) for own in sources.values())]
+        raise InputError(
+            "real-or-fake questions need the real data and a model; give both, or ask for none"
+        )
+    actions = [
+        action
+        for action in next(iter(sources.values()))
+        if all(own.get(action) for own in sources.values())
+    ]
     if not actions:
         raise InputError(f"the sources {', '.join(sources)} have no action in common")
     if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
@@ -146,24 +161,44 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
     for number in range(settings.preference):
         action = actions[number % len(actions)]
         shown = [take(source, action) for source in sources]
-        questions.append({"kind": "preference", "action": action, "clips": [shown[i] for i in generator.permutation(len(shown))]})
+        questions.append(
+            {
+                "kind": "preference",
+                "action": action,
+                "clips": [shown[i] for i in generator.permutation(len(shown))],
+            }
+        )
     made = [source for source in sources if source != REAL]
     for number in range(settings.real_or_fake):
         action = actions[(number // 2) % len(actions)]
         source = REAL if number % 2 == 0 else made[(number // 2) % len(made)]
         questions.append({"kind": "real", "action": action, "clips": [take(source, action)]})
-    asked = [{"id": f"q{place + 1}", **questions[i]} for place, i in enumerate(generator.permutation(len(questions)))]
-    names = sorted(clips)  # by their random names, so that the order of the clips tells nothing either
-    return Survey(settings.title, asked, {name: clips[name] for name in names}, {name: owners[name] for name in names})
+    asked = [
+        {"id": f"q{place + 1}", **questions[i]}
+        for place, i in enumerate(generator.permutation(len(questions)))
+    ]
+    names = sorted(
+        clips
+    )  # by their random names, so that the order of the clips tells nothing either
+    return Survey(
+        settings.title,
+        asked,
+        {name: clips[name] for name in names},
+        {name: owners[name] for name in names},
+    )
 
 
 def write_survey(
-    path: str | os.PathLike[str], sources: Sources, settings: SurveySettings | None = None, *, progress: Progress | None = None
+    path: str | os.PathLike[str],
+    sources: Sources,
+    settings: SurveySettings | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> Path:
     """Write the page, and beside it the key; returns the key's path (``<name>.key.json``).
 
-    The page holds every clip as an H.264 video and loads nothing; answers stay in the participant's browser until they
-    are saved as JSON. Keep the key from participants: `analyse` needs it.
+    The page holds every clip as an H.264 video and loads nothing; answers stay in the participant's
+    browser until they are saved as JSON. Keep the key from participants: `analyse` needs it.
 
     Raises
     ------
@@ -177,7 +212,9 @@ def write_survey(
     survey = plan_survey(sources, settings)
     videos = {}
     for done, (name, motion) in enumerate(survey.clips.items()):
-        videos[name] = "data:video/mp4;base64," + base64.b64encode(_video(motion, settings.size)).decode()
+        videos[name] = (
+            "data:video/mp4;base64," + base64.b64encode(_video(motion, settings.size)).decode()
+        )
         if progress is not None:
             progress(done + 1, len(survey.clips))
     data = json.dumps({"id": survey.id, "questions": survey.questions, "videos": videos})
@@ -197,7 +234,8 @@ def write_survey(
 
 
 def _video(motion: Motion | Film, size: int) -> bytes:
-    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes from."""
+    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes
+    from."""
     if isinstance(motion, Film):
         return motion.mp4
     from a2v.rendering.stickfigure import StickSettings, animate

@@ -20,7 +20,8 @@ ANSWERS_FORMAT = "a2v-survey-answers/1"
 
 
 def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple[float, float]:
-    """95 % interval of a share by Wilson's score (1927), which stays in [0, 1] and works for few answers.
+    """95 % interval of a share by Wilson's score (1927), which stays in [0, 1] and works for few
+    answers.
 
     Raises
     ------
@@ -28,10 +29,16 @@ def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple
         Not 0 <= successes <= total, or nothing was counted.
     """
     if not 0 <= successes <= total or total < 1:
-        raise InputError(f"{successes} of {total} is no share; expected 0 <= successes <= total and at least 1")
+        raise InputError(
+            f"{successes} of {total} is no share; expected 0 <= successes <= total and at least 1"
+        )
     share = successes / total
     middle = (share + z * z / (2 * total)) / (1 + z * z / total)
-    half = z / (1 + z * z / total) * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total))
+    half = (
+        z
+        / (1 + z * z / total)
+        * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total))
+    )
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
@@ -64,7 +71,8 @@ class SurveyResult:
     ranks : dict of source to tuple of int
         How often each source was ranked first, second... (conference paper, Fig. 4).
     over : dict of (source, source) to Share
-        How often the first was ranked before the second (journal paper, Table 3); both orders are there.
+        How often the first was ranked before the second (journal paper, Table 3); both orders are
+        there.
     judged_real : dict of source to Share
         How often clips of the source were taken for real (conference paper, Fig. 5).
     correct : Share
@@ -82,7 +90,12 @@ class SurveyResult:
 
         def share(item: Share) -> dict[str, Any]:
             interval = list(wilson_interval(item.count, item.total)) if item.total else None
-            return {"count": item.count, "total": item.total, "share": item.value if item.total else None, "interval": interval}
+            return {
+                "count": item.count,
+                "total": item.total,
+                "share": item.value if item.total else None,
+                "interval": interval,
+            }
 
         return {
             "participants": self.participants,
@@ -120,7 +133,9 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
     except (KeyError, TypeError, AttributeError):
         good = False
     if not good:
-        raise InputError(f"{path} is no key of a survey; expected the NAME.key.json that a2v survey wrote beside the page")
+        raise InputError(
+            f"{path} is no key of a survey; expected the NAME.key.json that a2v survey wrote beside the page"
+        )
     return key
 
 
@@ -130,16 +145,25 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
     Raises
     ------
     InputError
-        Too large, no such file, of another survey, an unknown question, an answer twice, or a ranking that does not hold every
-        clip of its question once; the message names the file and the question.
+        Too large, no such file, of another survey, an unknown question, an answer twice, or a
+        ranking that does not hold every clip of its question once; the message names the file and
+        the question.
     """
     content = _read_json(path, MAX_ANSWER_BYTES, "a participant's answers")
     if content.get("format") != ANSWERS_FORMAT:
-        raise InputError(f"{path} holds no answers to a survey of a2v; expected the file that its page saves")
+        raise InputError(
+            f"{path} holds no answers to a survey of a2v; expected the file that its page saves"
+        )
     if content.get("survey") != key["survey"]:
-        raise InputError(f"{path} answers the survey {str(content.get('survey'))[:40]}; the key is of {key['survey']}")
+        raise InputError(
+            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key is of {key['survey']}"
+        )
     participant, answers = content.get("participant"), content.get("answers")
-    if not isinstance(participant, str) or not 1 <= len(participant) <= 64 or not isinstance(answers, list):
+    if (
+        not isinstance(participant, str)
+        or not 1 <= len(participant) <= 64
+        or not isinstance(answers, list)
+    ):
         raise InputError(f"{path}: expected a participant and a list of answers")
     questions = {question["id"]: question for question in key["questions"]}
     seen = set()
@@ -160,7 +184,9 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
             or not all(isinstance(item, str) for item in ranking)
             or sorted(ranking) != sorted(questions[name]["clips"])
         ):
-            raise InputError(f"{path}: the ranking of question {name} must hold each of its {len(questions[name]['clips'])} clips once")
+            raise InputError(
+                f"{path}: the ranking of question {name} must hold each of its {len(questions[name]['clips'])} clips once"
+            )
     return content
 
 
@@ -186,8 +212,22 @@ def analyse(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
         raise InputError(f"participant {doubles[0]} is there twice; keep one file of each")
     source = {name: clip["source"] for name, clip in key["clips"].items()}
     kinds = {question["id"]: question for question in key["questions"]}
-    ranked = sorted({source[name] for question in key["questions"] if question["kind"] == "preference" for name in question["clips"]})
-    single = sorted({source[name] for question in key["questions"] if question["kind"] == "real" for name in question["clips"]})
+    ranked = sorted(
+        {
+            source[name]
+            for question in key["questions"]
+            if question["kind"] == "preference"
+            for name in question["clips"]
+        }
+    )
+    single = sorted(
+        {
+            source[name]
+            for question in key["questions"]
+            if question["kind"] == "real"
+            for name in question["clips"]
+        }
+    )
     ranks = {name: [0] * len(ranked) for name in ranked}
     before = {(a, b): [0, 0] for a in ranked for b in ranked if a != b}
     real = {name: [0, 0] for name in single}
@@ -218,7 +258,8 @@ def analyse(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
 
 
 def survey_table(result: SurveyResult) -> str:
-    """The result as Markdown: ranks, preferences and judgements, with 95 % intervals by Wilson's score."""
+    """The result as Markdown: ranks, preferences and judgements, with 95 % intervals by Wilson's
+    score."""
     lines = [f"{result.participants} participants; shares with 95 % intervals (Wilson)."]
     rankings = sum(next(iter(result.ranks.values()), ())) if result.ranks else 0
     if rankings:
@@ -227,16 +268,30 @@ def survey_table(result: SurveyResult) -> str:
             "",
             f"Ranks in {rankings} rankings:",
             "",
-            "| source | " + " | ".join(f"{place + 1}." for place in range(places)) + " | mean rank |",
+            "| source | "
+            + " | ".join(f"{place + 1}." for place in range(places))
+            + " | mean rank |",
         ]
         lines.append("|---|" + "---|" * (places + 1))
         for name, counts in result.ranks.items():
             mean = sum((place + 1) * count for place, count in enumerate(counts)) / rankings
-            lines.append(f"| {name} | " + " | ".join(str(Share(count, rankings)) for count in counts) + f" | {mean:.2f} |")
+            lines.append(
+                f"| {name} | "
+                + " | ".join(str(Share(count, rankings)) for count in counts)
+                + f" | {mean:.2f} |"
+            )
         lines += ["", "| preference | share |", "|---|---|"]
-        lines += [f"| {a} over {b} | {share} |" for (a, b), share in result.over.items() if a < b or b == REAL]
+        lines += [
+            f"| {a} over {b} | {share} |"
+            for (a, b), share in result.over.items()
+            if a < b or b == REAL
+        ]
     if result.correct.total:
         lines += ["", "| source | judged real | answers |", "|---|---|---|"]
-        lines += [f"| {name} | {share} | {share.total} |" for name, share in result.judged_real.items()]
-        lines.append(f"\nRight answers: {result.correct} of {result.correct.total}; a half is guessing.")
+        lines += [
+            f"| {name} | {share} | {share.total} |" for name, share in result.judged_real.items()
+        ]
+        lines.append(
+            f"\nRight answers: {result.correct} of {result.correct.total}; a half is guessing."
+        )
     return "\n".join(lines)

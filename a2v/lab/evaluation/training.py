@@ -41,10 +41,12 @@ class ClassifierSettings(RunSettings):
     clip_gradient : float
         Largest norm of the gradient.
     face_forward : bool
-        Windows are turned so that their first frame faces +z, in training and whenever the classifier is asked: it knows actions by how
-        people move, not by where in the laboratory they happened to walk. For data whose classifier nobody published.
+        Windows are turned so that their first frame faces +z, in training and whenever the
+        classifier is asked: it knows actions by how people move, not by where in the laboratory
+        they happened to walk. For data whose classifier nobody published.
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips: where some actions have few, it learns them too.
+        Share of a batch that is drawn from all actions alike instead of from all clips: where some
+        actions have few, it learns them too.
     """
 
     iterations: int = 1500
@@ -58,12 +60,18 @@ class ClassifierSettings(RunSettings):
 
     def __post_init__(self) -> None:
         if min(self.iterations, self.batch_size, self.log_every) < 1:
-            raise InputError("iterations, batch_size and log_every of the classifier must be positive")
+            raise InputError(
+                "iterations, batch_size and log_every of the classifier must be positive"
+            )
         if not 0 <= self.balance <= 1:
-            raise InputError(f"balance of the classifier is {self.balance}; expected 0 (clips alike) to 1 (actions alike)")
+            raise InputError(
+                f"balance of the classifier is {self.balance}; expected 0 (clips alike) to 1 (actions alike)"
+            )
 
 
-def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows: int = 4, seed: int = 0) -> float:
+def held_out_accuracy(
+    evaluator: Evaluator, held_out: ActionDataset, *, windows: int = 4, seed: int = 0
+) -> float:
     """Share of right answers on random windows of clips (zero first state), `windows` of each."""
     clips = np.tile(np.arange(len(held_out)), windows)
     joints = ClipSampler(held_out, held_out.length).windows(clips, np.random.default_rng(seed))
@@ -76,12 +84,23 @@ class ClassifierTraining(Training):
 
     STORED = ("model",)
 
-    def __init__(self, dataset: ActionDataset, held_out: ActionDataset | None, settings: ClassifierSettings) -> None:
+    def __init__(
+        self, dataset: ActionDataset, held_out: ActionDataset | None, settings: ClassifierSettings
+    ) -> None:
         super().__init__()
-        self.dataset, self.held_out, self.settings, self.device = dataset, held_out, settings, settings.claim()
+        self.dataset, self.held_out, self.settings, self.device = (
+            dataset,
+            held_out,
+            settings,
+            settings.claim(),
+        )
         torch.manual_seed(settings.seed)
-        self.network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(self.device)
-        self.optimizer = torch.optim.AdamW(self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+        self.network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(
+            self.device
+        )
+        self.optimizer = torch.optim.AdamW(
+            self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+        )
         self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01)
         self.sampler = ClipSampler(dataset, dataset.length, balance=settings.balance)
         self.facing = Facing.of(dataset) if settings.face_forward else None
@@ -92,8 +111,12 @@ class ClassifierTraining(Training):
         joints, labels, _ = self.sampler.batch(self.settings.batch_size, generator)
         motions = self.dataset.frame.flip(joints)
         motions = self.facing.turn(motions) if self.facing else motions
-        state = generator.standard_normal((2, len(joints), self.network.recurrent.hidden_size), dtype=np.float32)
-        batch, first, wanted = (torch.from_numpy(x).to(self.device) for x in (motions, state, labels))
+        state = generator.standard_normal(
+            (2, len(joints), self.network.recurrent.hidden_size), dtype=np.float32
+        )
+        batch, first, wanted = (
+            torch.from_numpy(x).to(self.device) for x in (motions, state, labels)
+        )
         _, logits = self.network(batch.flatten(2), first)
         loss = nn.functional.cross_entropy(logits, wanted)
         self.descend(loss, largest_gradient=self.settings.clip_gradient)
@@ -105,7 +128,10 @@ class ClassifierTraining(Training):
             return {}
         return {
             "accuracy": held_out_accuracy(
-                Evaluator(copy.deepcopy(self.network).cpu().eval(), FILE, "", {"facing": self.facing}), self.held_out
+                Evaluator(
+                    copy.deepcopy(self.network).cpu().eval(), FILE, "", {"facing": self.facing}
+                ),
+                self.held_out,
             )
         }
 
@@ -137,9 +163,9 @@ def train_classifier(
 ) -> Evaluator:
     """Train, or go on with, the classifier in `folder` (``classifier.pt`` and ``log.csv``).
 
-    The architecture is the papers', the windows are those of their protocol, and the GRU starts from random states, so that the
-    result works under both protocols. Every iteration draws from its own seed: a run that was stopped ends with the weights of
-    one that was not.
+    The architecture is the papers', the windows are those of their protocol, and the GRU starts
+    from random states, so that the result works under both protocols. Every iteration draws from
+    its own seed: a run that was stopped ends with the weights of one that was not.
 
     Parameters
     ----------
@@ -150,7 +176,8 @@ def train_classifier(
         Clips to measure the accuracy on; never learned from.
     settings : ClassifierSettings
     on_log : callable
-        Called with iteration, seconds, loss and, with `held_out`, accuracy, every `log_every` iterations.
+        Called with iteration, seconds, loss and, with `held_out`, accuracy, every `log_every`
+        iterations.
 
     Raises
     ------
@@ -159,6 +186,16 @@ def train_classifier(
     """
     settings = settings or ClassifierSettings()
     path = Path(folder) / FILE
-    run = Run(path, identity(settings, digest=dataset.digest) | {"frames": dataset.length}, settings.checkpoint_seconds)
-    carry_on(ClassifierTraining(dataset, held_out, settings), run, settings, iterations=settings.iterations, on_log=on_log)
+    run = Run(
+        path,
+        identity(settings, digest=dataset.digest) | {"frames": dataset.length},
+        settings.checkpoint_seconds,
+    )
+    carry_on(
+        ClassifierTraining(dataset, held_out, settings),
+        run,
+        settings,
+        iterations=settings.iterations,
+        on_log=on_log,
+    )
     return load_evaluator(path)

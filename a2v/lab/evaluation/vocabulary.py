@@ -1,4 +1,5 @@
-"""Every action of a large vocabulary by itself: is it recognised, and how closely does it repeat the clips it was learned from?"""
+"""Every action of a large vocabulary by itself: is it recognised, and how closely does it repeat
+the clips it was learned from?"""
 
 from __future__ import annotations
 
@@ -38,10 +39,11 @@ class ActionScore:
     real_accuracy, accuracy : float
         Share of recorded and of generated windows in which the classifier sees the action.
     nearest : float
-        Median distance of a generated window to the most similar recorded one: root mean square over joints, metres.
+        Median distance of a generated window to the most similar recorded one: root mean square
+        over joints, metres.
     takes : float
-        The same between windows of one recorded clip and those of the action's others: what another take would have. None for a
-        single clip.
+        The same between windows of one recorded clip and those of the action's others: what another
+        take would have. None for a single clip.
     """
 
     action: str
@@ -53,9 +55,16 @@ class ActionScore:
 
 
 def score_actions(
-    generate: Generate, dataset: ActionDataset, evaluator: Evaluator, *, clips: int = 40, seed: int = 0, progress: Progress | None = None
+    generate: Generate,
+    dataset: ActionDataset,
+    evaluator: Evaluator,
+    *,
+    clips: int = 40,
+    seed: int = 0,
+    progress: Progress | None = None,
 ) -> list[ActionScore]:
-    """Score a model on every action that `dataset` has clips of, with the classifier's deterministic (zero) first state.
+    """Score a model on every action that `dataset` has clips of, with the classifier's
+    deterministic (zero) first state.
 
     Parameters
     ----------
@@ -78,18 +87,37 @@ def score_actions(
     for done, label in enumerate(present.tolist()):
         generator = np.random.default_rng([seed, label])
         own = np.flatnonzero(dataset.labels == label)
-        labels, lengths = np.full(clips, label), dataset.clip_bone_lengths[generator.choice(own, clips)]
+        labels, lengths = (
+            np.full(clips, label),
+            dataset.clip_bone_lengths[generator.choice(own, clips)],
+        )
         motions = generate(labels, lengths, generator)
-        nearest, takes = repetition(dataset.frame.flip(motions), [dataset.joints[i] for i in own], dataset.skeleton)
+        nearest, takes = repetition(
+            dataset.frame.flip(motions), [dataset.joints[i] for i in own], dataset.skeleton
+        )
         unit = dataset.frame.metres_per_unit
-        seen, made = (accuracy(evaluator(part)[1], labels) for part in (real(labels, lengths, generator), motions))
-        scores.append(ActionScore(dataset.actions[label], len(own), seen, made, nearest * unit, takes if takes is None else takes * unit))
+        seen, made = (
+            accuracy(evaluator(part)[1], labels)
+            for part in (real(labels, lengths, generator), motions)
+        )
+        scores.append(
+            ActionScore(
+                dataset.actions[label],
+                len(own),
+                seen,
+                made,
+                nearest * unit,
+                takes if takes is None else takes * unit,
+            )
+        )
         if progress is not None:
             progress(done + 1, len(present))
     return scores
 
 
-def repetition(generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton) -> tuple[float, float | None]:
+def repetition(
+    generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton
+) -> tuple[float, float | None]:
     """How near generated windows are to recorded ones, and recorded ones to those of other clips.
 
     Windows are compared with their first roots at the origin, facing +z.
@@ -104,13 +132,18 @@ def repetition(generated: FloatArray, clips: Sequence[FloatArray], skeleton: Ske
     Returns
     -------
     float, float or None
-        Medians of the distance to the nearest (root mean square over joints, in the joints' unit): of `generated` to `clips`, and of each
-        clip's windows to the other clips; None for a single clip.
+        Medians of the distance to the nearest (root mean square over joints, in the joints' unit):
+        of `generated` to `clips`, and of each clip's windows to the other clips; None for a single
+        clip.
     """
     length = generated.shape[1]
     seen = [aligned_windows(_windows(clip, length), skeleton) for clip in clips]
     nearest = np.median(_nearest(aligned_windows(generated, skeleton), np.concatenate(seen)))
-    between = [_nearest(part, np.concatenate(seen[:i] + seen[i + 1 :])) for i, part in enumerate(seen) if len(seen) > 1]
+    between = [
+        _nearest(part, np.concatenate(seen[:i] + seen[i + 1 :]))
+        for i, part in enumerate(seen)
+        if len(seen) > 1
+    ]
     return float(nearest), float(np.median(np.concatenate(between))) if between else None
 
 
@@ -122,10 +155,13 @@ def _windows(clip: FloatArray, length: int) -> FloatArray:
 
 
 def aligned_windows(windows: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Flat windows (N, D) float32 whose first root is the origin and that face +z, so that |a - b| is a root mean square over joints."""
+    """Flat windows (N, D) float32 whose first root is the origin and that face +z, so that |a - b|
+    is a root mean square over joints."""
     moved = windows - windows[:, :1, :1]
     moved = face_forward(moved, first_heading(moved, skeleton))[:, ::FRAME_STEP]
-    flat: FloatArray = (moved.reshape(len(moved), -1) / np.sqrt(moved.shape[1] * moved.shape[2])).astype(np.float32)
+    flat: FloatArray = (
+        moved.reshape(len(moved), -1) / np.sqrt(moved.shape[1] * moved.shape[2])
+    ).astype(np.float32)
     return flat
 
 
@@ -138,13 +174,20 @@ def _nearest(points: FloatArray, others: FloatArray) -> FloatArray:
 
 def vocabulary_table(scores: Sequence[ActionScore]) -> str:
     """Markdown: the actions in their order, and how many reach half."""
-    lines = ["| Action | Clips | Real accuracy | Accuracy | Nearest recording cm | Between takes cm |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| Action | Clips | Real accuracy | Accuracy | Nearest recording cm | Between takes cm |",
+        "|---|---|---|---|---|---|",
+    ]
     for row in scores:
         takes = "" if row.takes is None else f"{100 * row.takes:.1f}"
-        lines.append(f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | {row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |")
+        lines.append(
+            f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | {row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |"
+        )
     many = [row for row in scores if row.clips >= ENOUGH_CLIPS]
     good = sum(row.accuracy >= 0.5 for row in many)
-    real, made = (np.mean([getattr(row, name) for row in scores]) for name in ("real_accuracy", "accuracy"))
+    real, made = (
+        np.mean([getattr(row, name) for row in scores]) for name in ("real_accuracy", "accuracy")
+    )
     lines.append(
         f"\nAll actions alike: {made:.3f} of generated windows are recognised, {real:.3f} of recorded ones. "
         f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are recognised at least half of the time."

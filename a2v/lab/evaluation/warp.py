@@ -1,4 +1,5 @@
-"""A person moved in two dimensions: the photo's pixels carried along by a posed body (in the spirit of Liu et al. 2019, Liquid Warping GAN)."""
+"""A person moved in two dimensions: the photo's pixels carried along by a posed body (in the spirit
+of Liu et al. 2019, Liquid Warping GAN)."""
 
 from __future__ import annotations
 
@@ -17,10 +18,12 @@ BACKGROUND = 235
 
 
 class Warp:
-    """What the photo shows of a body's surface, moved to where the posed body has that surface; no shape, no learned network.
+    """What the photo shows of a body's surface, moved to where the posed body has that surface; no
+    shape, no learned network.
 
-    Every pixel of a view that the posed body covers takes the colour which the photo has at the same point of the body. What the photo did
-    not see takes that of the nearest pixel which it did. Hair and clothes that stand off from the body are lost.
+    Every pixel of a view that the posed body covers takes the colour which the photo has at the
+    same point of the body. What the photo did not see takes that of the nearest pixel which it did.
+    Hair and clothes that stand off from the body are lost.
 
     Parameters
     ----------
@@ -38,9 +41,12 @@ class Warp:
         self._depth = depth_map(self._vertices, self._faces, camera, (width, height))
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
-        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by `view`."""
+        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by
+        `view`."""
         out = np.full((size * size, 3), BACKGROUND, np.uint8)
-        hits = RayScene(posed, self._faces).cast(np.tile(np.asarray(view.origin, np.float32), (size * size, 1)), directions(view, size))
+        hits = RayScene(posed, self._faces).cast(
+            np.tile(np.asarray(view.origin, np.float32), (size * size, 1)), directions(view, size)
+        )
         if not hits.hit.any():
             return out.reshape(size, size, 3)
         colors, seen = self._colors(hits.interpolate(self._vertices, self._faces))
@@ -51,16 +57,22 @@ class Warp:
             rows, columns = nearest_known(known.reshape(size, size))
             filled = out.reshape(size, size, 3)[rows, columns].reshape(-1, 3)
         else:
-            filled = np.tile(np.median(self._image[self._mask > 0.5], axis=0).astype(np.uint8), (size * size, 1))
+            filled = np.tile(
+                np.median(self._image[self._mask > 0.5], axis=0).astype(np.uint8), (size * size, 1)
+            )
         holes = hits.hit & ~known
         out[holes] = filled[holes]
         return out.reshape(size, size, 3)
 
     def _colors(self, points: FloatArray) -> tuple[ByteArray, np.ndarray]:
-        """Colours (N, 3) of the photo at points (N, 3) of its body, and whether it saw them (N,)."""
+        """Colours (N, 3) of the photo at points (N, 3) of its body, and whether it saw them
+        (N,)."""
         pixels = self._camera.project(points)
         height, width = self._depth.shape
-        u, v = (np.clip(np.floor(pixels[:, axis]).astype(np.int64), 0, limit - 1) for axis, limit in ((0, width), (1, height)))
+        u, v = (
+            np.clip(np.floor(pixels[:, axis]).astype(np.int64), 0, limit - 1)
+            for axis, limit in ((0, width), (1, height))
+        )
         within = (pixels >= 0).all(axis=1) & (pixels < (width, height)).all(axis=1)
         seen = within & (self._mask[v, u] > 0.5) & (self._depth[v, u] <= points[:, 2] + TOLERANCE)
         return np.clip(sample_image(self._image, pixels), 0, 255).astype(np.uint8), seen
@@ -70,5 +82,7 @@ def directions(view: ViewCamera, size: int) -> FloatArray:
     """Directions (size * size, 3) of the rays through a view's pixels, rows first."""
     reach = size / 2 / np.tan(np.radians(view.fov) / 2)
     across = (np.arange(size) + 0.5 - size / 2) / reach
-    local = np.stack([*np.meshgrid(across, -across), np.full((size, size), -1.0)], axis=-1).reshape(-1, 3)
+    local = np.stack([*np.meshgrid(across, -across), np.full((size, size), -1.0)], axis=-1).reshape(
+        -1, 3
+    )
     return np.asarray(local @ view.axes, np.float32)

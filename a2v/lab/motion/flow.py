@@ -1,8 +1,9 @@
 """Our own motion model: flow matching over whole windows (not in the papers).
 
-A network carries Gaussian noise to the code of a window (`a2v.lab.motion.windows`) along straight paths (Lipman et
-al. 2023; Liu et al. 2023), given the action, how much of the window is in motion, and the frames it continues.
-Without a step loop it does not drift inside a window, and following windows continue one another.
+A network carries Gaussian noise to the code of a window (`a2v.lab.motion.windows`) along straight
+paths (Lipman et al. 2023; Liu et al. 2023), given the action, how much of the window is in motion,
+and the frames it continues. Without a step loop it does not drift inside a window, and following
+windows continue one another.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from a2v.lab.motion.windows import WindowCodec
 from a2v.lab.runs import RunSettings
 
 GUIDANCE = 1.5
-"""How far velocities are pushed towards the action when nothing else is asked for (docs/research/motion-flow.md)."""
+"""How far velocities are pushed towards the action when nothing else is asked for
+(docs/research/motion-flow.md)."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class FlowSettings(RunSettings):
     blocks : int
         Number of residual blocks of the network.
     condition_size : int
-        Width of what scales, shifts and gates the blocks: narrower than they are, since it is one point per window.
+        Width of what scales, shifts and gates the blocks: narrower than they are, since it is one
+        point per window.
     iterations : int
         Number of iterations.
     batch_size : int
@@ -54,26 +57,28 @@ class FlowSettings(RunSettings):
     weight_decay : float
         Weight decay of the same optimiser.
     balance : float
-        Share of windows that are drawn with all actions alike; the others with all clips alike. For sets with rare actions.
+        Share of windows that are drawn with all actions alike; the others with all clips alike. For
+        sets with rare actions.
     face_forward : bool
-        Windows are turned so that their first frame faces +z: where somebody happened to walk in the laboratory is not learned, and
-        any heading can be continued.
+        Windows are turned so that their first frame faces +z: where somebody happened to walk in
+        the laboratory is not learned, and any heading can be continued.
     context_dropout : float
         Share of windows that are learned without context.
     action_dropout : float
         Share of windows that are learned without an action, which guidance needs.
     emphasis : float
-        Each coefficient's error counts with its standard deviation to this power: 0 treats all alike, 1 as they
-        move the joints.
+        Each coefficient's error counts with its standard deviation to this power: 0 treats all
+        alike, 1 as they move the joints.
     half : bool
-        Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU that has it.
+        Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU
+        that has it.
     average : float
         Decay of the exponential moving average of the weights that is kept.
     pool : int
         Windows that are encoded at a time.
     initial : str
-        ``flow.pt`` of a run of the same sizes and actions to start from, whatever its code kept, or an exported flow of the same sizes, whose
-        actions are found by name; "" to start anew.
+        ``flow.pt`` of a run of the same sizes and actions to start from, whatever its code kept, or
+        an exported flow of the same sizes, whose actions are found by name; "" to start anew.
     """
 
     code_size: int = 384
@@ -99,8 +104,21 @@ class FlowSettings(RunSettings):
     initial: str = ""
 
     def __post_init__(self) -> None:
-        if min(self.code_size, self.context_size, self.context_frames, self.width, self.blocks, self.iterations, self.batch_size) < 1:
-            raise InputError("sizes, frames, iterations and batch_size of the flow must be positive")
+        if (
+            min(
+                self.code_size,
+                self.context_size,
+                self.context_frames,
+                self.width,
+                self.blocks,
+                self.iterations,
+                self.batch_size,
+            )
+            < 1
+        ):
+            raise InputError(
+                "sizes, frames, iterations and batch_size of the flow must be positive"
+            )
 
 
 class Modulation(NamedTuple):
@@ -125,10 +143,19 @@ class _Block(nn.Module):
 
     def modulations(self, condition: Tensor) -> Modulation:
         """What scales, shifts and gates the block under conditions (B, C)."""
-        # three products, each with what is added to it in its bias: splitting the result of one took onnxruntime longer than the product
-        weights, (scale_bias, shift_bias, gate_bias) = self.modulation.weight.chunk(3), self.modulation.bias.chunk(3)
+        # three products, each with what is added to it in its bias: splitting the result of one
+        # took onnxruntime longer than the product
+        weights, (scale_bias, shift_bias, gate_bias) = (
+            self.modulation.weight.chunk(3),
+            self.modulation.bias.chunk(3),
+        )
         biases = (1 + scale_bias, shift_bias, 1 + gate_bias)
-        return Modulation(*(nn.functional.linear(condition, weight, bias) for weight, bias in zip(weights, biases, strict=True)))
+        return Modulation(
+            *(
+                nn.functional.linear(condition, weight, bias)
+                for weight, bias in zip(weights, biases, strict=True)
+            )
+        )
 
     def forward(self, hidden: Tensor, by: Modulation) -> Tensor:
         inner = nn.functional.silu(self.inner(self.norm(hidden) * by.scale + by.shift))
@@ -144,14 +171,16 @@ class FlowNetwork(nn.Module):
     n_actions : int
     settings : FlowSettings
     traits : sequence of sequences of str
-        What each action shares with others: an action is known by itself and by these, so that one with three clips learns
-        from its like. Empty: by itself alone.
+        What each action shares with others: an action is known by itself and by these, so that one
+        with three clips learns from its like. Empty: by itself alone.
     """
 
     frequencies: Tensor
     has_trait: Tensor
 
-    def __init__(self, n_actions: int, settings: FlowSettings, traits: Sequence[Sequence[str]] = ()) -> None:
+    def __init__(
+        self, n_actions: int, settings: FlowSettings, traits: Sequence[Sequence[str]] = ()
+    ) -> None:
         super().__init__()
         width, shared = settings.width, settings.condition_size
         self.n_actions, self.settings = n_actions, settings
@@ -177,7 +206,9 @@ class FlowNetwork(nn.Module):
         angle = value[:, None] * self.frequencies
         return torch.cat([angle.sin(), angle.cos()], -1)
 
-    def condition(self, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor) -> Tensor:
+    def condition(
+        self, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor
+    ) -> Tensor:
         """What the velocity depends on besides point and time: (B, W).
 
         Parameters
@@ -230,11 +261,11 @@ class FlowNetwork(nn.Module):
     ) -> Tensor:
         """Carry noise (B, D) at time 0 to codes at time 1.
 
-        Adams and Bashforth's second order: a step extrapolates from the last two velocities, so that it costs one
-        evaluation of the network; only the first is a midpoint step, with two.
+        Adams and Bashforth's second order: a step extrapolates from the last two velocities, so
+        that it costs one evaluation of the network; only the first is a midpoint step, with two.
 
-        A guided velocity is exaggerated away from what it is without the action (classifier-free guidance, Ho and
-        Salimans 2022), which takes two evaluations side by side.
+        A guided velocity is exaggerated away from what it is without the action (classifier-free
+        guidance, Ho and Salimans 2022), which takes two evaluations side by side.
 
         Parameters
         ----------
@@ -245,19 +276,27 @@ class FlowNetwork(nn.Module):
         guidance : float
             1 for none.
         guided_until : float
-            Steps that start at this time or later are not guided: the action is settled early, and pushing what
-            follows only takes variety away (Kynkäänniemi et al. 2024).
+            Steps that start at this time or later are not guided: the action is settled early, and
+            pushing what follows only takes variety away (Kynkäänniemi et al. 2024).
         steer : callable or None
-            Moves codes (B, D) to where they are wanted. It is applied to the code that the velocity heads for, at every evaluation, and
-            to the result: what the constraints leave open is settled by the flow, around it.
+            Moves codes (B, D) to where they are wanted. It is applied to the code that the velocity
+            heads for, at every evaluation, and to the result: what the constraints leave open is
+            settled by the flow, around it.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]
         guided = [guidance != 1 and start < guided_until for start in (0.0, *starts)]
-        # times and conditions are known before any point is: one product for all evaluations instead of one for each
-        known = [part for push in guided for part in ((condition, without) if push else (condition,))]
+        # times and conditions are known before any point is: one product for all evaluations
+        # instead of one for each
+        known = [
+            part for push in guided for part in ((condition, without) if push else (condition,))
+        ]
         counts = [1 + push for push in guided]
-        each = noise.new_tensor(np.repeat(times, counts).tolist())[:, None].expand(-1, noise.shape[0]).flatten()
+        each = (
+            noise.new_tensor(np.repeat(times, counts).tolist())[:, None]
+            .expand(-1, noise.shape[0])
+            .flatten()
+        )
         blocks = [
             [torch.split(part.reshape(len(known), -1, part.shape[-1]), counts) for part in by]
             for by in self.modulations(each, torch.cat(known))
@@ -271,10 +310,16 @@ class FlowNetwork(nn.Module):
             return (steer(point + left * velocity) - point) / left
 
         def unsteered(evaluation: int, point: Tensor) -> Tensor:
-            chosen = [Modulation(*(part[evaluation].flatten(0, 1) for part in block)) for block in blocks]
+            chosen = [
+                Modulation(*(part[evaluation].flatten(0, 1) for part in block)) for block in blocks
+            ]
             if not guided[evaluation]:
                 return self.velocity(point, chosen)
-            pushed, free = self.velocity(torch.cat([point, point]), chosen).reshape(2, -1, point.shape[1]).unbind()
+            pushed, free = (
+                self.velocity(torch.cat([point, point]), chosen)
+                .reshape(2, -1, point.shape[1])
+                .unbind()
+            )
             return free + guidance * (pushed - free)
 
         before = slope(0, noise)

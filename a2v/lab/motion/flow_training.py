@@ -25,7 +25,8 @@ FILE = "flow.pt"
 
 
 class Windows(NamedTuple):
-    """Encoded windows with what conditions them: codes (N, D), labels (N,), active shares (N,), context codes (N, C)."""
+    """Encoded windows with what conditions them: codes (N, D), labels (N,), active shares (N,),
+    context codes (N, C)."""
 
     codes: Tensor
     labels: Tensor
@@ -36,7 +37,14 @@ class Windows(NamedTuple):
 class WindowPool:
     """Encoded random windows with what conditions them; drawn anew now and then."""
 
-    def __init__(self, dataset: ActionDataset, codec: WindowCodec, *, balance: float = 0.0, forward: bool = False) -> None:
+    def __init__(
+        self,
+        dataset: ActionDataset,
+        codec: WindowCodec,
+        *,
+        balance: float = 0.0,
+        forward: bool = False,
+    ) -> None:
         self.dataset, self.codec, self.forward = dataset, codec, forward
         self.sampler = ClipSampler(dataset, dataset.length, balance=balance)
         self.counts = np.array([len(joints) for joints in dataset.joints])
@@ -49,9 +57,13 @@ class WindowPool:
             joints = face_forward(joints, first_heading(joints, self.dataset.skeleton))
         features = window_features(joints, self.dataset.skeleton)
         code = self.codec.window.encode(features.reshape(size, -1))
-        context = self.codec.context.encode(features[:, : self.codec.context_frames].reshape(size, -1))
+        context = self.codec.context.encode(
+            features[:, : self.codec.context_frames].reshape(size, -1)
+        )
         active = np.minimum(self.counts[clips] / self.dataset.length, 1).astype(np.float32)
-        return Windows(*(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context)))
+        return Windows(
+            *(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context))
+        )
 
 
 class FlowTraining(Training):
@@ -72,10 +84,17 @@ class FlowTraining(Training):
         super().__init__()
         self.dataset, self.settings, self.device = dataset, settings, settings.claim()
         torch.manual_seed(settings.seed)
-        self.network, self.averaged = (FlowNetwork(len(dataset.actions), settings, dataset.traits).to(self.device) for _ in range(2))
+        self.network, self.averaged = (
+            FlowNetwork(len(dataset.actions), settings, dataset.traits).to(self.device)
+            for _ in range(2)
+        )
         self.averaged.load_state_dict(self.network.state_dict())
-        self.optimizer = torch.optim.AdamW(self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
-        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.02, warm_up=500)
+        self.optimizer = torch.optim.AdamW(
+            self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+        )
+        self.rate = RateSchedule(
+            peak=settings.learning_rate, span=settings.iterations, floor=0.02, warm_up=500
+        )
         self.features = 3 * dataset.skeleton.n_joints
         self.drawn: Windows | None = None
 
@@ -88,11 +107,19 @@ class FlowTraining(Training):
         )  # fmt: skip
         self.codec = WindowCodec.fit(self.dataset, sizes, seed=chosen.seed)
         if chosen.initial:
-            self.codec = carry_over(chosen.initial, self.network, self.codec, self.features, self.dataset.actions, self.dataset.traits)
+            self.codec = carry_over(
+                chosen.initial,
+                self.network,
+                self.codec,
+                self.features,
+                self.dataset.actions,
+                self.dataset.traits,
+            )
             self.averaged.load_state_dict(self.network.state_dict())
 
     def restore(self, content: Mapping[str, Any]) -> None:
-        """See `Training`; the stored basis is kept, not a new one: eigenvectors are only defined up to their signs."""
+        """See `Training`; the stored basis is kept, not a new one: eigenvectors are only defined up
+        to their signs."""
         self.network.load_state_dict(content["network"])
         self.averaged.load_state_dict(content["averaged"])
         self.codec = stored_codec(content, self.features)
@@ -104,7 +131,9 @@ class FlowTraining(Training):
             "averaged": self.averaged.state_dict(),
             "settings": dataclasses.asdict(self.settings),
             "dataset": self.dataset.name,
-            "codec": {name: torch.from_numpy(array) for name, array in self.codec.to_arrays().items()},
+            "codec": {
+                name: torch.from_numpy(array) for name, array in self.codec.to_arrays().items()
+            },
         }
 
     @functools.cached_property
@@ -116,26 +145,40 @@ class FlowTraining(Training):
     @functools.cached_property
     def pool(self) -> WindowPool:
         """Where windows come from."""
-        return WindowPool(self.dataset, self.codec, balance=self.settings.balance, forward=self.settings.face_forward)
+        return WindowPool(
+            self.dataset,
+            self.codec,
+            balance=self.settings.balance,
+            forward=self.settings.face_forward,
+        )
 
     def step(self) -> dict[str, float]:
         """One iteration; its squared error as "loss"."""
         settings, iteration = self.settings, self.iteration
         refresh = max(1, settings.pool // 16)
         if iteration % refresh == 0 or self.drawn is None:
-            drawn_at = iteration - iteration % refresh  # so that a resumed run sees the pool it would have seen
-            self.drawn = self.pool.draw(settings.pool, np.random.default_rng([settings.seed, drawn_at]))
-        loss = self._loss(self.drawn, torch.Generator().manual_seed(settings.seed * 1_000_003 + iteration))
+            drawn_at = (
+                iteration - iteration % refresh
+            )  # so that a resumed run sees the pool it would have seen
+            self.drawn = self.pool.draw(
+                settings.pool, np.random.default_rng([settings.seed, drawn_at])
+            )
+        loss = self._loss(
+            self.drawn, torch.Generator().manual_seed(settings.seed * 1_000_003 + iteration)
+        )
         self.descend(loss)
         done = iteration + 1
         decay = min(settings.average, (1 + done) / (10 + done))
         with torch.no_grad():
-            for mean, value in zip(self.averaged.parameters(), self.network.parameters(), strict=True):
+            for mean, value in zip(
+                self.averaged.parameters(), self.network.parameters(), strict=True
+            ):
                 mean.lerp_(value, 1 - decay)
         return {"loss": float(loss.detach())}
 
     def _loss(self, windows: Windows, draws: torch.Generator) -> Tensor:
-        """Weighted squared error of the velocity at random points on the way to a batch of `windows`."""
+        """Weighted squared error of the velocity at random points on the way to a batch of
+        `windows`."""
         settings, batch = self.settings, self.settings.batch_size
         chosen = torch.randint(0, len(windows.codes), (batch,), generator=draws)
         noise = torch.randn(batch, settings.code_size, generator=draws)
@@ -144,11 +187,20 @@ class FlowTraining(Training):
         with_context = (torch.rand(batch, generator=draws) >= settings.context_dropout).float()
         without_action = torch.rand(batch, generator=draws) < settings.action_dropout
         known = torch.where(without_action, self.network.n_actions, windows.labels[chosen])
-        target, noise, moment, with_context = (x.to(self.device) for x in (windows.codes[chosen], noise, moment, with_context))
-        active, context = windows.active[chosen].to(self.device), windows.context[chosen].to(self.device)
+        target, noise, moment, with_context = (
+            x.to(self.device) for x in (windows.codes[chosen], noise, moment, with_context)
+        )
+        active, context = (
+            windows.active[chosen].to(self.device),
+            windows.context[chosen].to(self.device),
+        )
         point = (1 - moment[:, None]) * noise + moment[:, None] * target
         with torch.autocast(self.device.type, torch.bfloat16, enabled=settings.half):
-            velocity = self.network(point, moment, self.network.condition(known.to(self.device), active, context, with_context))
+            velocity = self.network(
+                point,
+                moment,
+                self.network.condition(known.to(self.device), active, context, with_context),
+            )
         loss: Tensor = (self.emphasis * (velocity.float() - (target - noise)) ** 2).mean()
         return loss
 
@@ -160,7 +212,8 @@ def train_flow(
     settings: FlowSettings | None = None,
     on_log: Callable[[FlowModel, dict[str, float]], None] | None = None,
 ) -> FlowModel:
-    """Train, or go on with, the flow in `folder` (``flow.pt`` every few minutes, at the end and on Ctrl-C).
+    """Train, or go on with, the flow in `folder` (``flow.pt`` every few minutes, at the end and on
+    Ctrl-C).
 
     Parameters
     ----------
@@ -168,17 +221,20 @@ def train_flow(
     folder : path
     settings : FlowSettings
     on_log : callable
-        Called with the averaged model and the mean loss since the last call, every `log_every` iterations.
+        Called with the averaged model and the mean loss since the last call, every `log_every`
+        iterations.
 
     Raises
     ------
     InputError
-        The run in `folder` was made with other data or settings, the initial run has other sizes, actions or windows, the
-        data has too few windows for the code, or training diverges.
+        The run in `folder` was made with other data or settings, the initial run has other sizes,
+        actions or windows, the data has too few windows for the code, or training diverges.
     """
     settings = settings or FlowSettings()
     training = FlowTraining(dataset, settings)
-    run = Run(Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
+    run = Run(
+        Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds
+    )
 
     def show(row: dict[str, float]) -> None:
         if on_log is not None:

@@ -1,6 +1,8 @@
-"""The products that the motion VAE's layers come down to, named once for the recurrence and the export.
+"""The products that the motion VAE's layers come down to, named once for the recurrence and the
+export.
 
-Layers without a non-linearity between them are one product: less to do for a frame, where it is the number of operations that costs.
+Layers without a non-linearity between them are one product: less to do for a frame, where it is the
+number of operations that costs.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ class Affine(NamedTuple):
 
 
 class VelocityLayers(NamedTuple):
-    """GLMI's layers from the first product to the root's velocity: `hidden` ones, leaky ReLUs of slope `leak` after each, and the `last`."""
+    """GLMI's layers from the first product to the root's velocity: `hidden` ones, leaky ReLUs of
+    slope `leak` after each, and the `last`."""
 
     hidden: list[nn.Linear]
     last: nn.Linear
@@ -49,17 +52,21 @@ def gru_state(gru: nn.GRU, layer: int) -> Affine:
 
 
 def from_root(weight: Tensor) -> Tensor:
-    """Columns (O, 3J) for poses as they are, of columns for poses whose joints are relative to the root: the root's columns take off what the others add."""
+    """Columns (O, 3J) for poses as they are, of columns for poses whose joints are relative to the
+    root: the root's columns take off what the others add."""
     shared = weight.reshape(len(weight), -1, 3).sum(1)
     return torch.cat([weight[:, :3] - shared, weight[:, 3:]], 1)
 
 
 def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
-    """`entry`, whose first columns are of the pose before as `VAESettings.feedback` has it, for that pose as it is."""
+    """`entry`, whose first columns are of the pose before as `VAESettings.feedback` has it, for
+    that pose as it is."""
     if not decoder.settings.relative:
         return entry
     size = 3 * decoder.skeleton.n_joints
-    return Affine(torch.cat([from_root(entry.weight[:, :size]), entry.weight[:, size:]], 1), entry.bias)
+    return Affine(
+        torch.cat([from_root(entry.weight[:, :size]), entry.weight[:, size:]], 1), entry.bias
+    )
 
 
 def prior_entry(prior: GaussianGRU, decoder: PoseDecoder) -> Affine:
@@ -74,21 +81,31 @@ def prior_exit(prior: GaussianGRU) -> Affine:
 
 
 def generator_entry(generator: Generator, decoder: PoseDecoder) -> Affine:
-    """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of pose before, action, time counter and latent."""
+    """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of pose before, action, time
+    counter and latent."""
     return _of_pose(gru_inputs(generator.gru, 0).after(generator.encoder), decoder)
 
 
 def generator_exit(generator: Generator, decoder: PoseDecoder) -> Affine:
-    """Decoder and Lie layer: (D, H) and (D,); the rotation vectors' components come first, the bones in the order of the plan, then W_0."""
+    """Decoder and Lie layer: (D, H) and (D,); the rotation vectors' components come first, the
+    bones in the order of the plan, then W_0."""
     weight, bias = generator.decoder.weight, generator.decoder.bias
     lie = decoder.lie_output
     if lie is None:
         return Affine(weight, bias)
     bones = decoder.turns
-    places = torch.cat([decoder.plan.joints - 1, torch.arange(decoder.skeleton.n_joints - 1, bones // 3, device=weight.device)])
+    places = torch.cat(
+        [
+            decoder.plan.joints - 1,
+            torch.arange(decoder.skeleton.n_joints - 1, bones // 3, device=weight.device),
+        ]
+    )
     order = (3 * places[:, None] + torch.arange(3, device=weight.device)).flatten()
     rotvec = lie.weight[order]
-    return Affine(torch.cat([rotvec @ weight[:bones], weight[bones:]]), torch.cat([rotvec @ bias[:bones] + lie.bias[order], bias[bones:]]))
+    return Affine(
+        torch.cat([rotvec @ weight[:bones], weight[bones:]]),
+        torch.cat([rotvec @ bias[:bones] + lie.bias[order], bias[bones:]]),
+    )
 
 
 def velocity_layers(decoder: PoseDecoder) -> VelocityLayers:
@@ -101,13 +118,25 @@ def velocity_layers(decoder: PoseDecoder) -> VelocityLayers:
 
 
 def velocity_entry(decoder: PoseDecoder) -> Affine:
-    """GLMI's first product of local joints (3J), the poses before (3J) and h^o, GLMI-R's gates included: (H or 3H, 6J + h^o).
+    """GLMI's first product of local joints (3J), the poses before (3J) and h^o, GLMI-R's gates
+    included: (H or 3H, 6J + h^o).
 
-    The network is told poses relative to their root; here the root's columns take off what the others add, so that poses
-    are given as they are.
+    The network is told poses relative to their root; here the root's columns take off what the
+    others add, so that poses are given as they are.
     """
-    first = velocity_layers(decoder).hidden[0] if decoder.velocity_gru is None else decoder.velocity_in
+    first = (
+        velocity_layers(decoder).hidden[0] if decoder.velocity_gru is None else decoder.velocity_in
+    )
     size = 3 * decoder.skeleton.n_joints
-    weight = torch.cat([first.weight[:, :size], from_root(first.weight[:, size : 2 * size]), first.weight[:, 2 * size :]], 1)
+    weight = torch.cat(
+        [
+            first.weight[:, :size],
+            from_root(first.weight[:, size : 2 * size]),
+            first.weight[:, 2 * size :],
+        ],
+        1,
+    )
     entry = Affine(weight, first.bias)
-    return entry if decoder.velocity_gru is None else gru_inputs(decoder.velocity_gru, 0).after(entry)
+    return (
+        entry if decoder.velocity_gru is None else gru_inputs(decoder.velocity_gru, 0).after(entry)
+    )

@@ -1,4 +1,5 @@
-"""What a flow's training starts from: the weights of another run, or of an exported flow, under a code and actions of its own."""
+"""What a flow's training starts from: the weights of another run, or of an exported flow, under a
+code and actions of its own."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from a2v.types import FloatArray
 
 
 class Start(NamedTuple):
-    """A trained flow: weights by the names of `FlowNetwork`, its code, and its actions with their traits, or None where they are not known."""
+    """A trained flow: weights by the names of `FlowNetwork`, its code, and its actions with their
+    traits, or None where they are not known."""
 
     weights: dict[str, Tensor]
     codec: WindowCodec
@@ -28,11 +30,20 @@ class Start(NamedTuple):
     traits: tuple[str, ...] | None
 
 
-def carry_over(path: str, network: FlowNetwork, codec: WindowCodec, features: int, actions: Sequence[str], traits: Sequence[Sequence[str]]) -> WindowCodec:
-    """Give `network` the weights of another flow, rotated to the code of `codec`; the codec with that flow's context.
+def carry_over(
+    path: str,
+    network: FlowNetwork,
+    codec: WindowCodec,
+    features: int,
+    actions: Sequence[str],
+    traits: Sequence[Sequence[str]],
+) -> WindowCodec:
+    """Give `network` the weights of another flow, rotated to the code of `codec`; the codec with
+    that flow's context.
 
-    A flow between rotated noise and rotated codes is the same flow: only the first and the last layer see the rotation. Actions and traits of an
-    exported flow are found by name; those that it lacks keep what `network` has.
+    A flow between rotated noise and rotated codes is the same flow: only the first and the last
+    layer see the rotation. Actions and traits of an exported flow are found by name; those that it
+    lacks keep what `network` has.
 
     Parameters
     ----------
@@ -52,23 +63,37 @@ def carry_over(path: str, network: FlowNetwork, codec: WindowCodec, features: in
     own = network.state_dict()
     weights = dict(start.weights)
     if start.actions is not None and start.traits is not None:
-        weights["action.weight"] = _by_name([*actions, None], [*start.actions, None], weights["action.weight"], own["action.weight"])
+        weights["action.weight"] = _by_name(
+            [*actions, None], [*start.actions, None], weights["action.weight"], own["action.weight"]
+        )
         if "trait" in own:
             names = sorted({trait for item in traits for trait in item})
             weights["trait"] = _by_name(names, list(start.traits), weights["trait"], own["trait"])
-    shapes, wanted = ({name: tuple(tensor.shape) for name, tensor in part.items()} for part in (weights, own))
+    shapes, wanted = (
+        {name: tuple(tensor.shape) for name, tensor in part.items()} for part in (weights, own)
+    )
     theirs = start.codec
-    if shapes != wanted or len(theirs.window.mean) != len(codec.window.mean) or theirs.context_frames != codec.context_frames:
-        raise InputError(f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out")
+    if (
+        shapes != wanted
+        or len(theirs.window.mean) != len(codec.window.mean)
+        or theirs.context_frames != codec.context_frames
+    ):
+        raise InputError(
+            f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out"
+        )
     rotation = torch.from_numpy(codec.window.rotation_to(theirs.window).T.copy())
-    changed = {"entry.weight": weights["entry.weight"] @ rotation} | {name: rotation.T @ weights[name] for name in ("exit.weight", "exit.bias")}
+    changed = {"entry.weight": weights["entry.weight"] @ rotation} | {
+        name: rotation.T @ weights[name] for name in ("exit.weight", "exit.bias")
+    }
     network.load_state_dict(weights | changed)
     return WindowCodec(codec.window, theirs.context, codec.frames, codec.context_frames)
 
 
 def stored_codec(content: Mapping[str, Any], features: int) -> WindowCodec:
     """The codec of a run's ``flow.pt``, of `features` numbers a frame."""
-    return WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
+    return WindowCodec.from_arrays(
+        {name: array.numpy() for name, array in content["codec"].items()}, features
+    )
 
 
 def _run(path: str, features: int) -> Start:
@@ -82,7 +107,9 @@ def _exported(path: str) -> Start:
     from onnx import numpy_helper
 
     proto = onnx.load(path)
-    said = json.loads(next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}"))
+    said = json.loads(
+        next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
+    )
     if said.get("format") != WINDOW_FORMAT:
         raise InputError(f"{path} is no window flow of a2v; give a flow.pt or an exported flow")
     card = parse_card(said, Path(path))
@@ -90,25 +117,41 @@ def _exported(path: str) -> Start:
 
     def read(name: str) -> FloatArray:
         if f"{name}_bytes" in stored:
-            unpacked: FloatArray = stored[f"{name}_bytes"].astype(np.float32) * stored[f"{name}_scale"]
+            unpacked: FloatArray = (
+                stored[f"{name}_bytes"].astype(np.float32) * stored[f"{name}_scale"]
+            )
             return unpacked
-        unpacked = (stored[f"{name}_half"] if f"{name}_half" in stored else stored[name]).astype(np.float32)
+        unpacked = (stored[f"{name}_half"] if f"{name}_half" in stored else stored[name]).astype(
+            np.float32
+        )
         return unpacked
 
-    names = {name.removesuffix("_bytes").removesuffix("_half") for name in stored if name.startswith("network.") and not name.endswith("_scale")}
+    names = {
+        name.removesuffix("_bytes").removesuffix("_half")
+        for name in stored
+        if name.startswith("network.") and not name.endswith("_scale")
+    }
     weights = {name.removeprefix("network."): torch.from_numpy(read(name).copy()) for name in names}
 
     def code(mean: FloatArray, basis: FloatArray) -> LinearCode:
         return LinearCode(mean, basis, basis, np.ones(len(basis), np.float32))
 
     frames, context = int(said["window_frames"]), int(said["context_frames"])
-    codec = WindowCodec(code(read("mean"), read("basis")), code(read("context_mean"), read("context_basis").T.copy()), frames, context)
+    codec = WindowCodec(
+        code(read("mean"), read("basis")),
+        code(read("context_mean"), read("context_basis").T.copy()),
+        frames,
+        context,
+    )
     traits = tuple(sorted({trait for own in card.traits for trait in own}))
     return Start(weights, codec, card.actions, traits)
 
 
-def _by_name(wanted: Sequence[str | None], known: Sequence[str | None], rows: Tensor, own: Tensor) -> Tensor:
-    """Rows of `own` (len(wanted), C), replaced by those of `rows` (len(known), C) that have the same name."""
+def _by_name(
+    wanted: Sequence[str | None], known: Sequence[str | None], rows: Tensor, own: Tensor
+) -> Tensor:
+    """Rows of `own` (len(wanted), C), replaced by those of `rows` (len(known), C) that have the
+    same name."""
     made = own.clone()
     for at, name in enumerate(wanted):
         if name in known:

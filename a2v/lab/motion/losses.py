@@ -22,12 +22,19 @@ class Losses(NamedTuple):
 
 
 def gaussian_kl(mean1: Tensor, logvar1: Tensor, mean2: Tensor, logvar2: Tensor) -> Tensor:
-    """KL divergence (...) of diagonal Gaussians 1 from 2, given as (..., Z) means and log variances."""
+    """KL divergence (...) of diagonal Gaussians 1 from 2, given as (..., Z) means and log
+    variances."""
     ratio = logvar1 - logvar2
     return 0.5 * (torch.exp(ratio) + (mean1 - mean2) ** 2 * torch.exp(-logvar2) - 1 - ratio).sum(-1)
 
 
-def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: ReconstructionLoss = "norm", roots: Roots = "absolute") -> Losses:
+def vae_losses(
+    result: Reconstruction,
+    joints: Tensor,
+    *,
+    reconstruction: ReconstructionLoss = "norm",
+    roots: Roots = "absolute",
+) -> Losses:
     """Terms of Eq. 12.
 
     Parameters
@@ -36,10 +43,12 @@ def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: Recons
     joints : (B, T, J, 3)
         Real poses; the first root at the origin.
     reconstruction : "norm" or "mse"
-        Eq. 13, the sum over joints of the Euclidean norm, or the published code's mean squared error.
+        Eq. 13, the sum over joints of the Euclidean norm, or the published code's mean squared
+        error.
     roots : "absolute" or "relative"
-        Whether joints are compared where they are, or each from its own root, and in the root's place its way since the frame before: networks that see
-        relative roots cannot know how far they have drifted.
+        Whether joints are compared where they are, or each from its own root, and in the root's
+        place its way since the frame before: networks that see relative roots cannot know how far
+        they have drifted.
     """
     difference = result.pose.joints - joints
     if roots == "relative":
@@ -51,7 +60,9 @@ def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: Recons
         rec = torch.sqrt((difference**2).sum(-1) + 1e-12).sum(-1).mean()
     else:
         rec = (difference**2).mean()
-    kl = gaussian_kl(result.posterior_mean, result.posterior_logvar, result.prior_mean, result.prior_logvar).mean()
+    kl = gaussian_kl(
+        result.posterior_mean, result.posterior_logvar, result.prior_mean, result.prior_logvar
+    ).mean()
     if result.pose.velocity is None:
         return Losses(rec, kl, rec.new_zeros(()))
     root = joints[:, :, 0]

@@ -1,5 +1,5 @@
-"""Parts of the temporal VAE of action2motion: Gaussians, generator and the four pose decodings (Sec. 4.1.2-4.1.4; sizes of the first paper's
-Table 3)."""
+"""Parts of the temporal VAE of action2motion: Gaussians, generator and the four pose decodings
+(Sec. 4.1.2-4.1.4; sizes of the first paper's Table 3)."""
 
 from __future__ import annotations
 
@@ -35,9 +35,11 @@ class VAESettings:
     trajectory_size : int
         Dimension of h^o, what the generator tells the trajectory network (GLMI only).
     roots : "absolute" or "relative"
-        What the networks know of the root: where it is, or how it moved since the frame before ("works better", Sec. 4.1.1).
+        What the networks know of the root: where it is, or how it moved since the frame before
+        ("works better", Sec. 4.1.1).
     root_rotation : bool
-        Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first bones of the chains turn with the body. Not for "plain".
+        Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first
+        bones of the chains turn with the body. Not for "plain".
     """
 
     decoder: Decoder = "glmi-m"
@@ -51,9 +53,13 @@ class VAESettings:
         if self.decoder not in DECODERS:
             raise InputError(f"unknown decoder '{self.decoder}'; choose from {', '.join(DECODERS)}")
         if self.roots not in get_args(Roots):
-            raise InputError(f"unknown roots '{self.roots}'; choose from {', '.join(get_args(Roots))}")
+            raise InputError(
+                f"unknown roots '{self.roots}'; choose from {', '.join(get_args(Roots))}"
+            )
         if self.root_rotation and self.decoder == "plain":
-            raise InputError("the decoder 'plain' has no rotations; leave root_rotation out, or choose another decoder")
+            raise InputError(
+                "the decoder 'plain' has no rotations; leave root_rotation out, or choose another decoder"
+            )
 
     @property
     def relative(self) -> bool:
@@ -61,7 +67,8 @@ class VAESettings:
         return self.roots == "relative"
 
     def feedback(self, poses: Tensor) -> Tensor:
-        """Poses (..., J, 3) as prior and generator are told of the frame before: each from its own root if `relative`."""
+        """Poses (..., J, 3) as prior and generator are told of the frame before: each from its own
+        root if `relative`."""
         return poses - poses[..., :1, :] if self.relative else poses
 
 
@@ -87,7 +94,9 @@ class Generator(nn.Module):
     def __init__(self, input_size: int, output_size: int, settings: VAESettings) -> None:
         super().__init__()
         self.encoder = nn.Linear(input_size, settings.hidden_size)
-        self.gru = nn.GRU(settings.hidden_size, settings.hidden_size, num_layers=2, batch_first=True)
+        self.gru = nn.GRU(
+            settings.hidden_size, settings.hidden_size, num_layers=2, batch_first=True
+        )
         self.decoder = nn.Linear(settings.hidden_size, output_size)
 
     def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
@@ -104,7 +113,8 @@ class Pose(NamedTuple):
     joints : (B, T, J, 3)
         Positions, native units.
     rotations : (B, T, J, 3) or None
-        Rotation vectors of the chain convention; None for the plain decoder and with a root rotation.
+        Rotation vectors of the chain convention; None for the plain decoder and with a root
+        rotation.
     velocity : (B, T, 3) or None
         Root velocity per frame that GLMI inferred (Eq. 11).
     state : (1, B, H) or None
@@ -136,7 +146,12 @@ class PoseDecoder(nn.Module):
         self.skeleton, self.settings = skeleton, settings
         plan = ChainPlan.of(skeleton)
         self.levels = plan.levels
-        for name, part in (("bone_joints", plan.joints), ("rest", plan.rest), ("path", plan.path), ("along", plan.along)):
+        for name, part in (
+            ("bone_joints", plan.joints),
+            ("rest", plan.rest),
+            ("path", plan.path),
+            ("along", plan.along),
+        ):
             self.register_buffer(name, part, persistent=False)
         bones = 3 * (skeleton.n_joints - 1 + settings.root_rotation)
         hidden = settings.hidden_size
@@ -146,7 +161,11 @@ class PoseDecoder(nn.Module):
         self.velocity_gru: nn.GRU | None = None
         if settings.decoder == "glmi-m":
             self.velocity_net = nn.Sequential(
-                nn.Linear(trajectory_input, hidden), nn.LeakyReLU(0.2), nn.Linear(hidden, hidden), nn.LeakyReLU(0.2), nn.Linear(hidden, 3)
+                nn.Linear(trajectory_input, hidden),
+                nn.LeakyReLU(0.2),
+                nn.Linear(hidden, hidden),
+                nn.LeakyReLU(0.2),
+                nn.Linear(hidden, 3),
             )
         elif settings.decoder == "glmi-r":
             self.velocity_in = nn.Linear(trajectory_input, hidden)
@@ -162,16 +181,22 @@ class PoseDecoder(nn.Module):
     def input_size(self) -> int:
         """Width of the generator's output."""
         pose = 3 * (self.skeleton.n_joints + self.settings.root_rotation)
-        return pose - 3 + self.settings.trajectory_size if self.settings.decoder.startswith("glmi") else pose
+        return (
+            pose - 3 + self.settings.trajectory_size
+            if self.settings.decoder.startswith("glmi")
+            else pose
+        )
 
     @property
     def turns(self) -> int:
-        """Number of components of the rotation vectors that are decoded; W_0's, where there is one, are the last three."""
+        """Number of components of the rotation vectors that are decoded; W_0's, where there is one,
+        are the last three."""
         return 3 * (self.skeleton.n_joints - 1 + self.settings.root_rotation)
 
     @property
     def follows_trajectory(self) -> bool:
-        """Whether the root comes from integrated velocities (GLMI) instead of from the generator."""
+        """Whether the root comes from integrated velocities (GLMI) instead of from the
+        generator."""
         return self.settings.decoder.startswith("glmi")
 
     @property
@@ -179,7 +204,9 @@ class PoseDecoder(nn.Module):
         """Whether what is decoded is where the body is from the root of the frame before."""
         return self.follows_trajectory or self.settings.relative
 
-    def forward(self, outputs: Tensor, previous: Tensor, lengths: Tensor, state: Tensor | None = None) -> Pose:
+    def forward(
+        self, outputs: Tensor, previous: Tensor, lengths: Tensor, state: Tensor | None = None
+    ) -> Pose:
         """Decode generator outputs.
 
         Parameters
@@ -199,11 +226,16 @@ class PoseDecoder(nn.Module):
         if self.lie_output is None:
             return Pose(outputs.reshape(batch, frames, n, 3) + origin, None, None, None)
         bones = self.turns
-        # tanh keeps each component within half a turn, so the norm below sqrt(3) pi; the paper limits the norm itself to pi
+        # tanh keeps each component within half a turn, so the norm below sqrt(3) pi; the paper
+        # limits the norm itself to pi
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
-        turned = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec[..., : 3 * n - 3]], -1).reshape(batch, frames, n, 3)
+        turned = torch.cat(
+            [torch.zeros_like(rotvec[..., :3]), rotvec[..., : 3 * n - 3]], -1
+        ).reshape(batch, frames, n, 3)
         every = lengths[:, None].expand(-1, frames, -1).flatten(0, 1)
-        local = local_kinematics(turned.flatten(0, 1), every, self.plan).reshape(batch, frames, n, 3)
+        local = local_kinematics(turned.flatten(0, 1), every, self.plan).reshape(
+            batch, frames, n, 3
+        )
         if self.settings.root_rotation:
             body = rotvec_to_rotmat(rotvec[..., 3 * n - 3 :])
             local = (body[:, :, None] * local[..., None, :]).sum(-1)
@@ -211,7 +243,9 @@ class PoseDecoder(nn.Module):
         rotations = None if self.settings.root_rotation else turned
         if not self.follows_trajectory:
             return Pose(local + outputs[:, :, None, bones:] + origin, rotations, None, None)
-        inputs = torch.cat([local.flatten(2), (previous - previous_root).flatten(2), outputs[..., bones:]], -1)
+        inputs = torch.cat(
+            [local.flatten(2), (previous - previous_root).flatten(2), outputs[..., bones:]], -1
+        )
         if self.velocity_gru is not None:
             inputs, state = self.velocity_gru(self.velocity_in(inputs), state)
         assert self.velocity_net is not None

@@ -1,10 +1,11 @@
 """Sequences that are fed their own poses: the roll-out, and the gradient through the feedback.
 
-Training a sequence without teacher forcing needs two passes that only know one frame at a time: forward, to get the
-poses that are fed back, and backward, since a pose's gradient includes what the next frame made of it. Both are
-written out here and do only that. Everything else (the weights' gradients, the latents', the prior's) comes from the
-parallel pass over all frames, which is run on the rolled out poses as it is on real ones: with the complete gradient
-by each pose it gives the gradients of the whole recurrence.
+Training a sequence without teacher forcing needs two passes that only know one frame at a time:
+forward, to get the poses that are fed back, and backward, since a pose's gradient includes what the
+next frame made of it. Both are written out here and do only that. Everything else (the weights'
+gradients, the latents', the prior's) comes from the parallel pass over all frames, which is run on
+the rolled out poses as it is on real ones: with the complete gradient by each pose it gives the
+gradients of the whole recurrence.
 """
 
 from __future__ import annotations
@@ -24,7 +25,13 @@ from a2v.kinematics.gradient import (
     rotvec_axes,
     rotvec_gradients,
 )
-from a2v.lab.motion.fused import generator_entry, generator_exit, gru_inputs, gru_state, velocity_layers
+from a2v.lab.motion.fused import (
+    generator_entry,
+    generator_exit,
+    gru_inputs,
+    gru_state,
+    velocity_layers,
+)
 from a2v.lab.motion.networks import Generator, PoseDecoder
 
 _tanh_back = torch.ops.aten.tanh_backward.grad_input
@@ -37,7 +44,8 @@ class GRUTrace:
     Parameters
     ----------
     weight, bias : (3H, H), (3H,)
-        What the state is multiplied with: nn.GRU's ``weight_hh`` and ``bias_hh`` (gates reset, update, candidate).
+        What the state is multiplied with: nn.GRU's ``weight_hh`` and ``bias_hh`` (gates reset,
+        update, candidate).
     frames, batch : int
     """
 
@@ -53,15 +61,23 @@ class GRUTrace:
 
     def step(self, frame: int, inputs: Tensor) -> Tensor:
         """New state (B, H) at `frame`, given ``weight_ih @ x + bias_ih`` (B, 3H)."""
-        both, state, product, gates = 2 * self.size, self.states[frame], self._products[frame], self._gates[frame]
+        both, state, product, gates = (
+            2 * self.size,
+            self.states[frame],
+            self._products[frame],
+            self._gates[frame],
+        )
         torch.addmm(self.bias, state, self._forth, out=product)
         torch.add(inputs[:, :both], product[:, :both], out=gates).sigmoid_()
         reset, update = gates.chunk(2, 1)
-        candidate = torch.addcmul(inputs[:, both:], reset, product[:, both:], out=self._candidates[frame]).tanh_()
+        candidate = torch.addcmul(
+            inputs[:, both:], reset, product[:, both:], out=self._candidates[frame]
+        ).tanh_()
         return torch.lerp(candidate, state, update, out=self.states[frame + 1])
 
     def back(self, frame: int, gradient: Tensor) -> Tensor:
-        """Gradient (B, 3H) by the inputs of `frame`, given that by its state from outside of the layer (B, H).
+        """Gradient (B, 3H) by the inputs of `frame`, given that by its state from outside of the
+        layer (B, H).
 
         Frames must be visited once each, from the last to the first.
         """
@@ -74,7 +90,9 @@ class GRUTrace:
         kept = gradient * update
         _tanh_back(gradient - kept, candidate, grad_input=by_candidate)
         torch.mul(by_candidate, reset, out=by_product)
-        _sigmoid_back(by_candidate * self._products[frame, :, 2 * size :], reset, grad_input=by_reset)
+        _sigmoid_back(
+            by_candidate * self._products[frame, :, 2 * size :], reset, grad_input=by_reset
+        )
         _sigmoid_back((self.states[frame] - candidate).mul_(gradient), update, grad_input=by_update)
         torch.addmm(kept, result[:, : 3 * size], self._back, out=self._carried)
         return result[:, size:]
@@ -100,14 +118,29 @@ class RollOut:
     """
 
     @torch.no_grad()
-    def __init__(self, generator: Generator, decoder: PoseDecoder, condition: Tensor, *, latent: Tensor, lengths: Tensor) -> None:
+    def __init__(
+        self,
+        generator: Generator,
+        decoder: PoseDecoder,
+        condition: Tensor,
+        *,
+        latent: Tensor,
+        lengths: Tensor,
+    ) -> None:
         self.decoder, (batch, self.frames) = decoder, latent.shape[:2]
         self.pose_size = size = 3 * decoder.skeleton.n_joints
-        self.layers = [GRUTrace(*gru_state(generator.gru, layer), frames=self.frames, batch=batch) for layer in range(2)]
+        self.layers = [
+            GRUTrace(*gru_state(generator.gru, layer), frames=self.frames, batch=batch)
+            for layer in range(2)
+        ]
         self.between, between_bias = gru_inputs(generator.gru, 1)
         entry, entry_bias = generator_entry(generator, decoder)
         self.entry = entry[:, :size].contiguous()
-        known = nn.functional.linear(torch.cat([condition, latent], -1), entry[:, size:], entry_bias).transpose(0, 1).contiguous()
+        known = (
+            nn.functional.linear(torch.cat([condition, latent], -1), entry[:, size:], entry_bias)
+            .transpose(0, 1)
+            .contiguous()
+        )
         self.exit, offset = generator_exit(generator, decoder)
         self.plan = decoder.plan
         if decoder.lie_output is not None:
@@ -116,8 +149,12 @@ class RollOut:
         if decoder.follows_trajectory:
             self.hidden, self.last, self.leak = velocity_layers(decoder)
         if decoder.velocity_gru is not None:
-            self.trajectory = GRUTrace(*gru_state(decoder.velocity_gru, 0), frames=self.frames, batch=batch)
-            self.into_trajectory, self.trajectory_offset = gru_inputs(decoder.velocity_gru, 0).after(decoder.velocity_in)
+            self.trajectory = GRUTrace(
+                *gru_state(decoder.velocity_gru, 0), frames=self.frames, batch=batch
+            )
+            self.into_trajectory, self.trajectory_offset = gru_inputs(
+                decoder.velocity_gru, 0
+            ).after(decoder.velocity_in)
         self.kept: list[dict[str, Tensor]] = []
         poses = latent.new_zeros(self.frames + 1, batch, size)
         low, high = self.layers
@@ -149,9 +186,13 @@ class RollOut:
         local = placed.flatten(0, 1).T
         if not decoder.follows_trajectory:
             return (_points(local) + (outputs[:, self.turns :] + origin)[:, None]).flatten(1)
-        inputs = torch.cat([local, (joints - joints[:, :1]).flatten(1), outputs[:, self.turns :]], 1)
+        inputs = torch.cat(
+            [local, (joints - joints[:, :1]).flatten(1), outputs[:, self.turns :]], 1
+        )
         if decoder.velocity_gru is not None:
-            inputs = self.trajectory.step(t, torch.addmm(self.trajectory_offset, inputs, self.into_trajectory.T))
+            inputs = self.trajectory.step(
+                t, torch.addmm(self.trajectory_offset, inputs, self.into_trajectory.T)
+            )
         else:
             for number, layer in enumerate(self.hidden):
                 kept[f"hidden {number}"] = inputs = layer(inputs)
@@ -178,7 +219,9 @@ class RollOut:
         total = joints.transpose(0, 1).flatten(2).contiguous()
         self._way_back()
         for t in range(self.frames - 1, -1, -1):
-            outputs, fed = self._decode_back(t, total[t], None if velocity is None else velocity[:, t])
+            outputs, fed = self._decode_back(
+                t, total[t], None if velocity is None else velocity[:, t]
+            )
             hidden = high.back(t, outputs @ self.exit)
             inputs = low.back(t, hidden @ self.between)
             if t:
@@ -204,8 +247,11 @@ class RollOut:
         hidden = [part for name, part in whole.items() if name.startswith("hidden")]
         self.leaks = [(part > 0).to(frames) * (1 - self.leak) + self.leak for part in hidden]
 
-    def _decode_back(self, t: int, pose: Tensor, velocity: Tensor | None) -> tuple[Tensor, Tensor | None]:
-        """Gradients by the outputs (B, D) and by the pose before (B, 3J), given that by the pose (B, 3J)."""
+    def _decode_back(
+        self, t: int, pose: Tensor, velocity: Tensor | None
+    ) -> tuple[Tensor, Tensor | None]:
+        """Gradients by the outputs (B, D) and by the pose before (B, 3J), given that by the pose
+        (B, 3J)."""
         decoder = self.decoder
         root, fed = _points(pose).sum(1), None
         if decoder.settings.relative and not decoder.follows_trajectory:
@@ -223,7 +269,11 @@ class RollOut:
             else:
                 for layer, leaks in zip(reversed(self.hidden), reversed(self.leaks), strict=True):
                     gradient = gradient.mul_(leaks[t]) @ layer.weight
-            local, fed, rest = pose + gradient[:, :size], gradient[:, size : 2 * size], gradient[:, 2 * size :]
+            local, fed, rest = (
+                pose + gradient[:, :size],
+                gradient[:, size : 2 * size],
+                gradient[:, 2 * size :],
+            )
             fed[:, :3] += root - _points(fed).sum(1)
         else:
             rest = root
@@ -231,8 +281,13 @@ class RollOut:
         if decoder.settings.root_rotation:
             torque = (self.placed[t] * by_joints[:, None]).sum((0, 2))
             by_body = (axes[-1] * torque[:, None]).sum(0)
-            by_joints, axes = (self.body[t].transpose(0, 1)[None] * by_joints[:, None]).sum(2), axes[:-1]
-        by_rotvec = rotvec_gradients(bone_gradients(by_joints, self.plan), self.crosses[t], axes, self.plan)
+            by_joints, axes = (
+                (self.body[t].transpose(0, 1)[None] * by_joints[:, None]).sum(2),
+                axes[:-1],
+            )
+        by_rotvec = rotvec_gradients(
+            bone_gradients(by_joints, self.plan), self.crosses[t], axes, self.plan
+        )
         if decoder.settings.root_rotation:
             by_rotvec = torch.cat([by_rotvec, by_body[None]])
         return torch.cat([by_rotvec.flatten(0, 1).T, rest], 1), fed
@@ -245,20 +300,27 @@ def _points(poses: Tensor) -> Tensor:
 
 class _Feedback(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, joints: Tensor, velocity: Tensor | None, rolled: RollOut) -> tuple[Tensor, Tensor | None]:
+    def forward(
+        ctx: Any, joints: Tensor, velocity: Tensor | None, rolled: RollOut
+    ) -> tuple[Tensor, Tensor | None]:
         ctx.rolled = rolled
         return joints.clone(), None if velocity is None else velocity.clone()
 
     @staticmethod
-    def backward(ctx: Any, joints: Tensor, velocity: Tensor | None) -> tuple[Tensor, Tensor | None, None]:
+    def backward(
+        ctx: Any, joints: Tensor, velocity: Tensor | None
+    ) -> tuple[Tensor, Tensor | None, None]:
         return ctx.rolled.pull_back(joints, velocity), velocity, None
 
 
-def with_feedback(joints: Tensor, velocity: Tensor | None, rolled: RollOut) -> tuple[Tensor, Tensor | None]:
-    """Joints (B, T, J, 3) and velocities (B, T, 3) of the parallel pass over the rolled out poses, with the feedback's gradient.
+def with_feedback(
+    joints: Tensor, velocity: Tensor | None, rolled: RollOut
+) -> tuple[Tensor, Tensor | None]:
+    """Joints (B, T, J, 3) and velocities (B, T, 3) of the parallel pass over the rolled out poses,
+    with the feedback's gradient.
 
-    Whatever is computed from the results, the prior's part included, has its gradient carried through the feedback
-    before it reaches the arguments.
+    Whatever is computed from the results, the prior's part included, has its gradient carried
+    through the feedback before it reaches the arguments.
     """
     result: tuple[Tensor, Tensor | None] = _Feedback.apply(joints, velocity, rolled)  # type: ignore[no-untyped-call]
     return result

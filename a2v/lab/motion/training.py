@@ -23,7 +23,8 @@ from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, ide
 
 FILE = "checkpoint.pt"
 KL_END: Mapping[str, float] = {"cmu": 0.1, "ntu_vibe": 0.1}
-"""Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and for other data."""
+"""Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and
+for other data."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +40,15 @@ class TrainSettings(RunSettings):
     length : int
         Frames a clip; 0 for the data set's own (60 for HumanAct12, 100 for CMU).
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips (not the paper's, whose evaluation draws actions alike).
+        Share of a batch that is drawn from all actions alike instead of from all clips (not the
+        paper's, whose evaluation draws actions alike).
     learning_rate : float
         Learning rate of Adam.
     weight_decay : float
         Weight decay of the same optimiser.
     schedule : "constant" or "cosine"
-        "cosine" lowers the learning rate to a hundredth towards the end (not the paper's; see docs).
+        "cosine" lowers the learning rate to a hundredth towards the end (not the paper's; see
+        docs).
     teacher_forcing : float
         Probability p_tf that a sequence is fed the real previous poses.
     teacher_forcing_meaning : "paper" or "published"
@@ -57,7 +60,8 @@ class TrainSettings(RunSettings):
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
     reconstruction : "norm" or "mse"
-        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see docs/research/motion-vae.md).
+        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see
+        docs/research/motion-vae.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit (the paper's).
     """
@@ -79,11 +83,17 @@ class TrainSettings(RunSettings):
 
     def __post_init__(self) -> None:
         if not 0 <= self.teacher_forcing <= 1:
-            raise InputError(f"teacher_forcing is {self.teacher_forcing}; expected a probability from 0 to 1")
+            raise InputError(
+                f"teacher_forcing is {self.teacher_forcing}; expected a probability from 0 to 1"
+            )
         if self.iterations < 1 or self.batch_size < 1 or self.length < 0:
-            raise InputError("iterations and batch_size must be positive, length must not be negative")
+            raise InputError(
+                "iterations and batch_size must be positive, length must not be negative"
+            )
         if not 0 <= self.balance <= 1:
-            raise InputError(f"balance is {self.balance}; expected 0 (clips alike) to 1 (actions alike)")
+            raise InputError(
+                f"balance is {self.balance}; expected 0 (clips alike) to 1 (actions alike)"
+            )
 
     def final_kl(self, dataset: ActionDataset) -> float:
         """The KL term's weight at the end of the ramp."""
@@ -108,27 +118,47 @@ class VAETraining(Training):
         torch.manual_seed(settings.seed)
         self.settings, self.dataset, self.device = settings, dataset.name, settings.claim()
         self.model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(self.device)
-        self.optimizer = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+        self.optimizer = torch.optim.Adam(
+            self.model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+        )
         self.generator = np.random.default_rng(settings.seed)
         self.span = max(settings.iterations - 1, 1)
-        self.rate = RateSchedule(peak=settings.learning_rate, span=self.span, floor=1.0 if settings.schedule == "constant" else 0.01)
-        self.sampler = ClipSampler(dataset, settings.length or dataset.length, balance=settings.balance)
+        self.rate = RateSchedule(
+            peak=settings.learning_rate,
+            span=self.span,
+            floor=1.0 if settings.schedule == "constant" else 0.01,
+        )
+        self.sampler = ClipSampler(
+            dataset, settings.length or dataset.length, balance=settings.balance
+        )
         self.final_kl = settings.final_kl(dataset)
 
     def step(self) -> dict[str, float]:
         """One iteration; the unweighted terms of Eq. 12 and the weights in force."""
         model, generator, settings = self.model, self.generator, self.settings
         batch, labels, bone_lengths = self.sampler.batch(settings.batch_size, generator)
-        noise = generator.standard_normal((*batch.shape[:2], model.settings.latent_size), dtype=np.float32)
+        noise = generator.standard_normal(
+            (*batch.shape[:2], model.settings.latent_size), dtype=np.float32
+        )
         forced = generator.random(len(batch)) < settings.teacher_forcing
         if settings.teacher_forcing_meaning == "published":
             forced = ~forced
-        joints, lengths, draws, teacher = (torch.from_numpy(x).to(self.device) for x in (batch, bone_lengths, noise, forced))
-        actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(self.device, joints.dtype)
-        kl_weight = settings.kl_start + (self.final_kl - settings.kl_start) * (self.iteration / self.span)
+        joints, lengths, draws, teacher = (
+            torch.from_numpy(x).to(self.device) for x in (batch, bone_lengths, noise, forced)
+        )
+        actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(
+            self.device, joints.dtype
+        )
+        kl_weight = settings.kl_start + (self.final_kl - settings.kl_start) * (
+            self.iteration / self.span
+        )
         result = model.reconstruct(joints, actions, lengths, draws, teacher)
-        losses = vae_losses(result, joints, reconstruction=settings.reconstruction, roots=model.settings.roots)
-        total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
+        losses = vae_losses(
+            result, joints, reconstruction=settings.reconstruction, roots=model.settings.roots
+        )
+        total = (
+            losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
+        )
         self.descend(total, largest_gradient=settings.clip_gradient)
         terms = {name: float(value.detach()) for name, value in losses._asdict().items()}
         return terms | {"kl_weight": kl_weight, "learning_rate": self.rate(self.iteration)}
@@ -159,7 +189,9 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     spread = max(float(np.abs(joints[:, 0] - joints[:1, 0]).max()) for joints in dataset.joints)
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
         # NTU-VIBE's roots sway by centimetres and go nowhere: no use
-        raise InputError(f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'")
+        raise InputError(
+            f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'"
+        )
     return VAETraining(dataset, vae, settings)
 
 
@@ -183,17 +215,21 @@ def train(
     vae, settings
         Sizes and schedule.
     on_log : callable
-        Called with the training and the mean terms since the last call, every `log_every` iterations; what it adds to the
-        terms goes into the log.
+        Called with the training and the mean terms since the last call, every `log_every`
+        iterations; what it adds to the terms goes into the log.
 
     Raises
     ------
     InputError
-        GLMI is asked for data without a trajectory, the run in `folder` was made with other data or settings, or training
-        diverges.
+        GLMI is asked for data without a trajectory, the run in `folder` was made with other data or
+        settings, or training diverges.
     """
     vae, settings = vae or VAESettings(), settings or TrainSettings()
-    run = Run(Path(folder) / FILE, identity(vae, settings, digest=dataset.digest), settings.checkpoint_seconds)
+    run = Run(
+        Path(folder) / FILE,
+        identity(vae, settings, digest=dataset.digest),
+        settings.checkpoint_seconds,
+    )
     training = start(dataset, vae, settings)
     show = on_log and functools.partial(on_log, training)
     carry_on(training, run, settings, iterations=settings.iterations, on_log=show)

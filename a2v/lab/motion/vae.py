@@ -1,4 +1,5 @@
-"""The temporal conditional VAE of action2motion: posterior, prior and generator over time (Sec. 4.1.2-4.1.4)."""
+"""The temporal conditional VAE of action2motion: posterior, prior and generator over time (Sec.
+4.1.2-4.1.4)."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ class States(NamedTuple):
 
 
 class Reconstruction(NamedTuple):
-    """Training pass over (B, T) frames: decoded pose, both Gaussians (B, T, Z), and the poses (B, T, J, 3) that came before, real or the model's own."""
+    """Training pass over (B, T) frames: decoded pose, both Gaussians (B, T, Z), and the poses (B,
+    T, J, 3) that came before, real or the model's own."""
 
     pose: Pose
     posterior_mean: Tensor
@@ -46,7 +48,9 @@ class MotionVAE(nn.Module):
     settings : VAESettings
     """
 
-    def __init__(self, skeleton: Skeleton, n_actions: int, settings: VAESettings | None = None) -> None:
+    def __init__(
+        self, skeleton: Skeleton, n_actions: int, settings: VAESettings | None = None
+    ) -> None:
         super().__init__()
         settings = settings or VAESettings()
         self.skeleton, self.n_actions, self.settings = skeleton, n_actions, settings
@@ -54,16 +58,28 @@ class MotionVAE(nn.Module):
         self.posterior = GaussianGRU(inputs, settings)
         self.prior = GaussianGRU(inputs, settings)
         self.pose_decoder = PoseDecoder(skeleton, settings)
-        self.generator = Generator(inputs + settings.latent_size, self.pose_decoder.input_size, settings)
+        self.generator = Generator(
+            inputs + settings.latent_size, self.pose_decoder.input_size, settings
+        )
 
     def initial_states(self, batch: int) -> States:
         """Zero states for `batch` sequences."""
         like = self.generator.decoder.weight
         size = self.settings.hidden_size
-        return States(like.new_zeros(1, batch, size), like.new_zeros(2, batch, size), like.new_zeros(1, batch, size))
+        return States(
+            like.new_zeros(1, batch, size),
+            like.new_zeros(2, batch, size),
+            like.new_zeros(1, batch, size),
+        )
 
     def step(
-        self, previous: Tensor, actions: Tensor, counter: Tensor, lengths: Tensor, noise: Tensor, states: States
+        self,
+        previous: Tensor,
+        actions: Tensor,
+        counter: Tensor,
+        lengths: Tensor,
+        noise: Tensor,
+        states: States,
     ) -> tuple[Pose, States]:
         """Generate one frame from the learned prior.
 
@@ -81,21 +97,38 @@ class MotionVAE(nn.Module):
             Standard normal draws.
         states : States
         """
-        context = torch.cat([self.settings.feedback(previous).flatten(1), actions, counter], -1)[:, None]
+        context = torch.cat([self.settings.feedback(previous).flatten(1), actions, counter], -1)[
+            :, None
+        ]
         mean, logvar, prior_state = self.prior(context, states.prior)
         latent = mean + torch.exp(0.5 * logvar) * noise[:, None]
-        outputs, generator_state = self.generator(torch.cat([context, latent], -1), states.generator)
+        outputs, generator_state = self.generator(
+            torch.cat([context, latent], -1), states.generator
+        )
         pose = self.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
-        return pose, States(prior_state, generator_state, states.trajectory if pose.state is None else pose.state)
+        return pose, States(
+            prior_state, generator_state, states.trajectory if pose.state is None else pose.state
+        )
 
     def decode(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
-        """Poses of sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no loop over frames."""
-        outputs, _ = self.generator(torch.cat([self.settings.feedback(previous).flatten(2), condition, latent], -1))
+        """Poses of sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no
+        loop over frames."""
+        outputs, _ = self.generator(
+            torch.cat([self.settings.feedback(previous).flatten(2), condition, latent], -1)
+        )
         pose: Pose = self.pose_decoder(outputs, previous, lengths)
         return pose
 
-    def reconstruct(self, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor, teacher: Tensor | None = None) -> Reconstruction:
-        """One training pass. Only sequences without teacher forcing need loops over frames (`a2v.lab.motion.recurrence`).
+    def reconstruct(
+        self,
+        joints: Tensor,
+        actions: Tensor,
+        lengths: Tensor,
+        noise: Tensor,
+        teacher: Tensor | None = None,
+    ) -> Reconstruction:
+        """One training pass. Only sequences without teacher forcing need loops over frames
+        (`a2v.lab.motion.recurrence`).
 
         Parameters
         ----------
@@ -107,30 +140,49 @@ class MotionVAE(nn.Module):
         noise : (B, T, Z)
             Draws of the reparameterisation trick.
         teacher : (B,) bool
-            Which sequences are given the real previous poses p_{t-1}; the others are given the model's own, and
-            gradients flow through them. None: all.
+            Which sequences are given the real previous poses p_{t-1}; the others are given the
+            model's own, and gradients flow through them. None: all.
         """
         condition = self.condition(actions, joints.shape[1])
-        posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([self.observed(joints).flatten(2), condition], -1))
+        posterior_mean, posterior_logvar, _ = self.posterior(
+            torch.cat([self.observed(joints).flatten(2), condition], -1)
+        )
         latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
         own = torch.empty(0) if teacher is None else torch.nonzero(~teacher).squeeze(1)
         given = shifted(joints)
         if not len(own):
             pose = self.decode(given, condition, latent, lengths)
         else:
-            rolled = RollOut(self.generator, self.pose_decoder, condition[own], latent=latent[own].detach(), lengths=lengths[own])
-            pose = self.decode(given.index_copy(0, own, shifted(rolled.joints)), condition, latent, lengths)
-            fed, velocity = with_feedback(pose.joints[own], None if pose.velocity is None else pose.velocity[own], rolled)
+            rolled = RollOut(
+                self.generator,
+                self.pose_decoder,
+                condition[own],
+                latent=latent[own].detach(),
+                lengths=lengths[own],
+            )
+            pose = self.decode(
+                given.index_copy(0, own, shifted(rolled.joints)), condition, latent, lengths
+            )
+            fed, velocity = with_feedback(
+                pose.joints[own], None if pose.velocity is None else pose.velocity[own], rolled
+            )
             pose = pose._replace(
                 joints=pose.joints.index_copy(0, own, fed),
-                velocity=None if velocity is None or pose.velocity is None else pose.velocity.index_copy(0, own, velocity),
+                velocity=None
+                if velocity is None or pose.velocity is None
+                else pose.velocity.index_copy(0, own, velocity),
             )
             given = given.index_copy(0, own, shifted(fed))
-        prior_mean, prior_logvar, _ = self.prior(torch.cat([self.settings.feedback(given).flatten(2), condition], -1))
-        return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar, given)
+        prior_mean, prior_logvar, _ = self.prior(
+            torch.cat([self.settings.feedback(given).flatten(2), condition], -1)
+        )
+        return Reconstruction(
+            pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar, given
+        )
 
     def observed(self, joints: Tensor) -> Tensor:
-        """Real poses (B, T, J, 3) as the posterior sees them: with relative roots, each from its own root, and in the root's place its way since the frame before."""
+        """Real poses (B, T, J, 3) as the posterior sees them: with relative roots, each from its
+        own root, and in the root's place its way since the frame before."""
         if not self.settings.relative:
             return joints
         roots = joints[:, :, :1]
@@ -139,7 +191,13 @@ class MotionVAE(nn.Module):
     def condition(self, actions: Tensor, frames: int) -> Tensor:
         """Action and time counter (B, T, A + 1) of sequences with one action (B, A)."""
         counter = torch.arange(1, frames + 1, dtype=actions.dtype, device=actions.device) / frames
-        return torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(len(actions), -1, -1)], -1)
+        return torch.cat(
+            [
+                actions[:, None].expand(-1, frames, -1),
+                counter[None, :, None].expand(len(actions), -1, -1),
+            ],
+            -1,
+        )
 
     @torch.no_grad()
     def sample(self, actions: Tensor, lengths: Tensor, noise: Tensor) -> Pose:
@@ -167,4 +225,9 @@ class MotionVAE(nn.Module):
             return torch.cat(known, 1) if known else None
 
         joints = torch.cat([pose.joints for pose in poses], 1)
-        return Pose(joints, joined([pose.rotations for pose in poses]), joined([pose.velocity for pose in poses]), None)
+        return Pose(
+            joints,
+            joined([pose.rotations for pose in poses]),
+            joined([pose.velocity for pose in poses]),
+            None,
+        )

@@ -1,7 +1,9 @@
-"""Whole windows of motion as short codes: bone directions and root path through a linear basis (PCA).
+"""Whole windows of motion as short codes: bone directions and root path through a linear basis
+(PCA).
 
-What a plain PCA leaves out is small for the pose and large for a foot that ought to stand, so the basis is the best
-one for a sum of squares in which the feet's places and steps count beside the directions (`foot_metric`).
+What a plain PCA leaves out is small for the pose and large for a foot that ought to stand, so the
+basis is the best one for a sum of squares in which the feet's places and steps count beside the
+directions (`foot_metric`).
 """
 
 from __future__ import annotations
@@ -23,17 +25,22 @@ from a2v.types import FloatArray
 CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 
 
-def foot_metric(skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float) -> FloatArray:
-    """Sum of squares over a window that the feet's places and steps enter: x^T M x for flat features x of `frames` frames.
+def foot_metric(
+    skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float
+) -> FloatArray:
+    """Sum of squares over a window that the feet's places and steps enter: x^T M x for flat
+    features x of `frames` frames.
 
-    Feet are linear in the features for bones of given lengths, as long as directions are not normalised anew.
+    Feet are linear in the features for bones of given lengths, as long as directions are not
+    normalised anew.
 
     Parameters
     ----------
     skeleton : Skeleton
         Its `feet` are the joints that count.
     lengths : (J,)
-        Bone lengths of a typical body, in the features' unit of length; the mean bone is the unit of the weights.
+        Bone lengths of a typical body, in the features' unit of length; the mean bone is the unit
+        of the weights.
     frames : int
     place, step : float
         Weights of the square of a foot's place and of its step from one frame to the next.
@@ -77,16 +84,20 @@ class LinearCode:
 
     @classmethod
     def fit(cls, features: FloatArray, size: int, metric: FloatArray | None = None) -> LinearCode:
-        """The leading `size` components of features (M, N) under a positive definite `metric` (N, N), else the identity."""
+        """The leading `size` components of features (M, N) under a positive definite `metric` (N,
+        N), else the identity."""
         if size > min(features.shape):
-            raise InputError(f"a code of {size} numbers needs at least as many windows and features; got {features.shape}")
+            raise InputError(
+                f"a code of {size} numbers needs at least as many windows and features; got {features.shape}"
+            )
         mean = features.mean(axis=0, dtype=np.float64)
         centred = (features - mean).astype(np.float64)
         root = None if metric is None else np.linalg.cholesky(metric)  # metric = root root^T
         seen = centred if root is None else centred @ root
         covariance = seen.T @ seen / len(features)
         if size < covariance.shape[0] // 4:
-            # a Krylov solver finds the leading few of thousands of directions in seconds; its start is fixed
+            # a Krylov solver finds the leading few of thousands of directions in seconds; its start
+            # is fixed
             values, vectors = eigsh(covariance, k=size, v0=np.ones(len(covariance)))
         else:
             values, vectors = np.linalg.eigh(covariance)
@@ -95,7 +106,10 @@ class LinearCode:
         leading = vectors[:, order]
         basis = encoder = leading.T
         if root is not None:
-            basis, encoder = solve_triangular(root, leading, lower=True, trans="T").T, (root @ leading).T
+            basis, encoder = (
+                solve_triangular(root, leading, lower=True, trans="T").T,
+                (root @ leading).T,
+            )
         return cls(*(part.astype(np.float32) for part in (mean, basis, encoder, scale)))
 
     def encode(self, features: FloatArray) -> FloatArray:
@@ -104,7 +118,8 @@ class LinearCode:
         return code
 
     def rotation_to(self, other: LinearCode) -> FloatArray:
-        """The rotation Q (D, D) float32 nearest to what turns codes of `other` into codes of this: this = Q other.
+        """The rotation Q (D, D) float32 nearest to what turns codes of `other` into codes of this:
+        this = Q other.
 
         Both codes are white, so for windows that both can tell apart it is exact.
         """
@@ -179,10 +194,18 @@ class WindowCodec:
         metric = None
         if settings.foot_place or settings.foot_step:
             lengths = np.median(dataset.clip_bone_lengths, axis=0)
-            metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=settings.foot_place, step=settings.foot_step)
+            metric = foot_metric(
+                dataset.skeleton,
+                lengths,
+                dataset.length,
+                place=settings.foot_place,
+                step=settings.foot_step,
+            )
         return cls(
             LinearCode.fit(features.reshape(windows, -1), settings.size, metric),
-            LinearCode.fit(features[:, : settings.context_frames].reshape(windows, -1), settings.context_size),
+            LinearCode.fit(
+                features[:, : settings.context_frames].reshape(windows, -1), settings.context_size
+            ),
             dataset.length,
             settings.context_frames,
         )
@@ -190,10 +213,17 @@ class WindowCodec:
     def to_arrays(self) -> dict[str, FloatArray]:
         """Arrays to store; see `from_arrays`."""
         parts = {"window": self.window, "context": self.context}
-        return {f"{name}.{field}": getattr(code, field) for name, code in parts.items() for field in CODE_FIELDS}
+        return {
+            f"{name}.{field}": getattr(code, field)
+            for name, code in parts.items()
+            for field in CODE_FIELDS
+        }
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray], features: int) -> WindowCodec:
         """The inverse of `to_arrays`; `features` is the number of features a frame."""
-        window, context = (LinearCode(*(arrays[f"{name}.{field}"] for field in CODE_FIELDS)) for name in ("window", "context"))
+        window, context = (
+            LinearCode(*(arrays[f"{name}.{field}"] for field in CODE_FIELDS))
+            for name in ("window", "context")
+        )
         return cls(window, context, len(window.mean) // features, len(context.mean) // features)

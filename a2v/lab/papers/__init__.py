@@ -1,6 +1,8 @@
-"""The papers' own reconstruction out of the user's checkpoints: PIFuHD's geometry, PIFu's colours (Sec. 4.2.1 of the journal paper).
+"""The papers' own reconstruction out of the user's checkpoints: PIFuHD's geometry, PIFu's colours
+(Sec. 4.2.1 of the journal paper).
 
-The networks are written anew after Saito et al. 2019 and 2020; weights are not shipped (PIFu's are MIT, PIFuHD's CC BY-NC).
+The networks are written anew after Saito et al. 2019 and 2020; weights are not shipped (PIFu's are
+MIT, PIFuHD's CC BY-NC).
 """
 
 from a2v.lab.papers.surface import PapersSettings, papers_surface

@@ -19,7 +19,8 @@ State = Mapping[str, Tensor]
 
 
 def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
-    """The named tensors of a checkpoint, as float32; nothing but tensors, plain values and lists of options is unpickled.
+    """The named tensors of a checkpoint, as float32; nothing but tensors, plain values and lists of
+    options is unpickled.
 
     Parameters
     ----------
@@ -32,18 +33,30 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
         The file is missing, holds code or is damaged, or has no such entry.
     """
     try:
-        with torch.serialization.safe_globals([argparse.Namespace]):  # PIFuHD keeps its command line beside the weights
+        with torch.serialization.safe_globals(
+            [argparse.Namespace]
+        ):  # PIFuHD keeps its command line beside the weights
             content: Any = load_tensors(path)
     except InputError:
         raise
     except Exception:  # torch raises many kinds for what it cannot or will not read
-        raise InputError(f"{path} cannot be read as a checkpoint: it is damaged, or holds more than tensors and plain values") from None
+        raise InputError(
+            f"{path} cannot be read as a checkpoint: it is damaged, or holds more than tensors and plain values"
+        ) from None
     if inside:
         content = content.get(inside) if isinstance(content, dict) else None
-    if not isinstance(content, dict) or not content or not all(isinstance(value, Tensor) for value in content.values()):
-        raise InputError(f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; is it another network's checkpoint?")
+    if (
+        not isinstance(content, dict)
+        or not content
+        or not all(isinstance(value, Tensor) for value in content.values())
+    ):
+        raise InputError(
+            f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; is it another network's checkpoint?"
+        )
     state = {str(name).removeprefix("module."): value for name, value in content.items()}
-    return {name: value.float() if value.is_floating_point() else value for name, value in state.items()}
+    return {
+        name: value.float() if value.is_floating_point() else value for name, value in state.items()
+    }
 
 
 def part(state: State, prefix: str) -> dict[str, Tensor]:
@@ -52,7 +65,8 @@ def part(state: State, prefix: str) -> dict[str, Tensor]:
 
 
 def numbers(state: State, pattern: str) -> list[int]:
-    """The distinct numbers that the one group of `pattern` finds at the beginning of names, in order."""
+    """The distinct numbers that the one group of `pattern` finds at the beginning of names, in
+    order."""
     return sorted({int(found[1]) for name in state if (found := re.match(pattern, name))})
 
 
@@ -75,17 +89,22 @@ def fill(module: nn.Module, state: State, what: str) -> None:
     Raises
     ------
     InputError
-        A tensor is missing, has another shape, or belongs to no part of the network; the first is named.
+        A tensor is missing, has another shape, or belongs to no part of the network; the first is
+        named.
     """
     wanted = {name: tuple(value.shape) for name, value in module.state_dict().items()}
     for name, shape in wanted.items():
         if name not in state:
             raise InputError(f"{what} lacks '{name}'; is it another network's checkpoint?")
         if tuple(state[name].shape) != shape:
-            raise InputError(f"{what}: '{name}' has shape {tuple(state[name].shape)}; expected {shape}")
+            raise InputError(
+                f"{what}: '{name}' has shape {tuple(state[name].shape)}; expected {shape}"
+            )
         if not bool(torch.isfinite(state[name]).all()):
             raise InputError(f"{what}: '{name}' holds NaN or infinity")
     if unknown := sorted(set(state) - set(wanted)):
-        raise InputError(f"{what} has '{shorten(unknown[0], 80)}', which this network does not have; is it another network's checkpoint?")
+        raise InputError(
+            f"{what} has '{shorten(unknown[0], 80)}', which this network does not have; is it another network's checkpoint?"
+        )
     module.load_state_dict(dict(state), assign=True)
     module.eval()

@@ -1,4 +1,5 @@
-"""The user's checkpoints as ONNX files: converted once into the cache, part by part, then run by onnxruntime."""
+"""The user's checkpoints as ONNX files: converted once into the cache, part by part, then run by
+onnxruntime."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ KINDS: Mapping[str, Sequence[str]] = {
     "pamir": ("features", "volume", "points"),
     "pamir-texture": ("features", "volume", "points"),
 }
-"""Names of the parts of PIFu's ``net_G`` and ``net_C``, of PIFuHD and of PaMIR, as `Part` has them."""
+"""Names of the parts of PIFu's ``net_G`` and ``net_C``, of PIFuHD and of PaMIR, as `Part` has
+them."""
 CHUNK = 16_384
 """Points a call: bounds memory."""
 
@@ -35,7 +37,8 @@ CHUNK = 16_384
 class Converted:
     """A checkpoint's parts as ONNX files, which are made when they are not in the cache.
 
-    A part is opened when it runs and, but for the points', closed after: PIFuHD's networks of normals are 0.7 GB each.
+    A part is opened when it runs and, but for the points', closed after: PIFuHD's networks of
+    normals are 0.7 GB each.
 
     Parameters
     ----------
@@ -70,9 +73,13 @@ class Converted:
         return int(self._session().get_inputs()[0].shape[1])
 
     def at(self, points: FloatArray, **maps: FloatArray) -> FloatArray:
-        """What the part "points" gives for points (N, 3), float32, in the networks' cube, and maps by name."""
+        """What the part "points" gives for points (N, 3), float32, in the networks' cube, and maps
+        by name."""
         session = self._session()
-        parts = [session.run(None, maps | {"points": points[start : start + CHUNK]})[0] for start in range(0, len(points), CHUNK)]
+        parts = [
+            session.run(None, maps | {"points": points[start : start + CHUNK]})[0]
+            for start in range(0, len(points), CHUNK)
+        ]
         found: FloatArray = np.concatenate(parts)
         return found
 
@@ -83,7 +90,8 @@ class Converted:
 
 
 def _found(name: str, parts: Sequence[str]) -> dict[str, Path]:
-    """The files of parts in the first folder of the cache that has them all and is ours; none where none has."""
+    """The files of parts in the first folder of the cache that has them all and is ours; none where
+    none has."""
     for folder in cache_folders():
         files = {part: folder / name / f"{part}.onnx" for part in parts}
         if all(file.is_file() and is_ours(file) for file in files.values()):
@@ -98,12 +106,23 @@ def _convert(kind: str, path: str | Path, pixels: int, name: str) -> dict[str, P
     from a2v.lab.papers.models import PIFuColor, PIFuGeometry, PIFuHD
     from a2v.lab.papers.pamir import PamirGeometry, PamirTexture
 
-    networks: Mapping[str, Callable[[str | Path], PIFuGeometry | PIFuColor | PIFuHD | PamirGeometry | PamirTexture]]
-    networks = {"geometry": PIFuGeometry, "color": PIFuColor, "pifuhd": PIFuHD, "pamir": PamirGeometry, "pamir-texture": PamirTexture}
+    networks: Mapping[
+        str,
+        Callable[[str | Path], PIFuGeometry | PIFuColor | PIFuHD | PamirGeometry | PamirTexture],
+    ]
+    networks = {
+        "geometry": PIFuGeometry,
+        "color": PIFuColor,
+        "pifuhd": PIFuHD,
+        "pamir": PamirGeometry,
+        "pamir-texture": PamirTexture,
+    }
     network = networks[kind](path)
     target = _writable(name)
     with torch.no_grad():
-        return {part.name: _write(part, target / f"{part.name}.onnx") for part in network.parts(pixels)}
+        return {
+            part.name: _write(part, target / f"{part.name}.onnx") for part in network.parts(pixels)
+        }
 
 
 def _writable(name: str) -> Path:
@@ -113,7 +132,9 @@ def _writable(name: str) -> Path:
             (folder / name).mkdir(parents=True, exist_ok=True)
             if os.access(folder / name, os.W_OK):
                 return folder / name
-    raise InputError("no folder takes the checkpoint's ONNX files; set A2V_CACHE to one that can be written")
+    raise InputError(
+        "no folder takes the checkpoint's ONNX files; set A2V_CACHE to one that can be written"
+    )
 
 
 def _write(part: Part, path: Path) -> Path:
@@ -124,7 +145,10 @@ def _write(part: Part, path: Path) -> Path:
     from a2v.tracing import to_onnx
 
     count = torch.export.Dim("points", min=2)
-    given = tuple(torch.zeros(64, 3) if shape is None else torch.zeros(1, *shape) for shape in part.inputs.values())
+    given = tuple(
+        torch.zeros(64, 3) if shape is None else torch.zeros(1, *shape)
+        for shape in part.inputs.values()
+    )
     free = [{0: count} if shape is None else None for shape in part.inputs.values()]
     proto = to_onnx(part.network.eval(), given, list(part.inputs), ["found"], free)
     with atomic_path(path) as temporary:

@@ -1,4 +1,5 @@
-"""PIFu and PIFuHD as a whole: from a picture to occupancy and colours of points; `a2v.lab.papers.converted` runs their parts."""
+"""PIFu and PIFuHD as a whole: from a picture to occupancy and colours of points;
+`a2v.lab.papers.converted` runs their parts."""
 
 from __future__ import annotations
 
@@ -31,14 +32,18 @@ class PIFuGeometry(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture (1, 3, `pixels`, `pixels`), and the chance that points lie in the person."""
+        """Features of a picture (1, 3, `pixels`, `pixels`), and the chance that points lie in the
+        person."""
         with_map = (self.image_filter.features, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
-        yield Part("points", _Occupancy(self.surface_classifier), {"features": with_map, "points": None})
+        yield Part(
+            "points", _Occupancy(self.surface_classifier), {"features": with_map, "points": None}
+        )
 
 
 class PIFuColor(nn.Module):
-    """PIFu's ``net_C``: a residual filter whose features stand behind those of `PIFuGeometry`, and five layers for points."""
+    """PIFu's ``net_C``: a residual filter whose features stand behind those of `PIFuGeometry`, and
+    five layers for points."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -54,14 +59,18 @@ class PIFuColor(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture, and sRGB colours of points by these and, before them, those of the geometry."""
+        """Features of a picture, and sRGB colours of points by these and, before them, those of the
+        geometry."""
         with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
-        yield Part("points", _Colors(self.surface_classifier), {"features": with_map, "points": None})
+        yield Part(
+            "points", _Colors(self.surface_classifier), {"features": with_map, "points": None}
+        )
 
 
 class PIFuHD(nn.Module):
-    """PIFuHD: a coarse level that sees normals of front and back, and a fine one that sees the picture at twice the size."""
+    """PIFuHD: a coarse level that sees normals of front and back, and a fine one that sees the
+    picture at twice the size."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -72,30 +81,47 @@ class PIFuHD(nn.Module):
             self.netG = nn.Module()
             self.netG.image_filter = HourglassFilter(part(state, "netG.image_filter."), pool=True)
             self.netG.mlp = PointNetwork(part(state, "netG.mlp."))
-            self.netG.netF, self.netG.netB = (ResidualNetwork(part(state, f"netG.{name}.")) for name in ("netF", "netB"))
+            self.netG.netF, self.netG.netB = (
+                ResidualNetwork(part(state, f"netG.{name}.")) for name in ("netF", "netB")
+            )
         coarse: Any = self.netG
         _demand(path, coarse.mlp, coarse.image_filter.features + 1, 1)
         wanted = self.mlp.inputs - self.image_filter.features
         layers = [index for index, width in enumerate(coarse.mlp.outputs) if width == wanted]
         if not layers or self.mlp.outputs[-1] != 1:
-            raise InputError(f"{path}: no layer of the coarse level gives the {wanted} numbers that the fine level takes of it")
+            raise InputError(
+                f"{path}: no layer of the coarse level gives the {wanted} numbers that the fine level takes of it"
+            )
         self.merged = layers[-1]
-        if coarse.image_filter.conv1.in_channels not in (3, 9) or self.image_filter.conv1.in_channels not in (3, 6, 9):
+        if coarse.image_filter.conv1.in_channels not in (
+            3,
+            9,
+        ) or self.image_filter.conv1.in_channels not in (3, 6, 9):
             raise InputError(
                 f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and {self.image_filter.conv1.in_channels} channels"
             )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Normals of front and back of a picture, coarse features of all three, fine ones at twice the size, and points by both."""
+        """Normals of front and back of a picture, coarse features of all three, fine ones at twice
+        the size, and points by both."""
         net: Any = self.netG
         small, large = (3, pixels, pixels), (3, 2 * pixels, 2 * pixels)
         yield Part("front", net.netF, {"image": small})
         yield Part("back", net.netB, {"image": small})
-        yield Part("coarse", _Coarse(net.image_filter), {"image": small, "front": small, "back": small})
-        yield Part("fine", _Fine(self.image_filter), {"image": large, "front": small, "back": small})
-        shapes = {"coarse": (net.image_filter.features, pixels // 4, pixels // 4), "fine": (self.image_filter.features, pixels, pixels)}
-        yield Part("points", _FineOccupancy(net.mlp, self.mlp, self.merged), {**shapes, "points": None})
+        yield Part(
+            "coarse", _Coarse(net.image_filter), {"image": small, "front": small, "back": small}
+        )
+        yield Part(
+            "fine", _Fine(self.image_filter), {"image": large, "front": small, "back": small}
+        )
+        shapes = {
+            "coarse": (net.image_filter.features, pixels // 4, pixels // 4),
+            "fine": (self.image_filter.features, pixels, pixels),
+        }
+        yield Part(
+            "points", _FineOccupancy(net.mlp, self.mlp, self.merged), {**shapes, "points": None}
+        )
 
 
 class Part(NamedTuple):
@@ -106,7 +132,8 @@ class Part(NamedTuple):
     name : str
     network : Module
     inputs : mapping
-        Name to shape without the batch of one; None for points (N, 3), x right, y down, z to the camera, all in [-1, 1].
+        Name to shape without the batch of one; None for points (N, 3), x right, y down, z to the
+        camera, all in [-1, 1].
     """
 
     name: str
@@ -144,7 +171,9 @@ class _Coarse(nn.Module):
         self.see = see
 
     def forward(self, image: Tensor, front: Tensor, back: Tensor) -> Tensor:
-        features: Tensor = self.see(torch.cat([image, front, back], 1)[:, : self.see.conv1.in_channels])
+        features: Tensor = self.see(
+            torch.cat([image, front, back], 1)[:, : self.see.conv1.in_channels]
+        )
         return features
 
 
@@ -152,13 +181,16 @@ class _Fine(_Coarse):
     """The same of a picture at twice the size."""
 
     def forward(self, image: Tensor, front: Tensor, back: Tensor) -> Tensor:
-        normals = functional.interpolate(torch.cat([front, back], 1), size=image.shape[2:], mode="bilinear", align_corners=True)
+        normals = functional.interpolate(
+            torch.cat([front, back], 1), size=image.shape[2:], mode="bilinear", align_corners=True
+        )
         features: Tensor = self.see(torch.cat([image, normals], 1)[:, : self.see.conv1.in_channels])
         return features
 
 
 class _FineOccupancy(nn.Module):
-    """Chance (N,) that points lie in the person, by the fine level and what a layer of the coarse one gives."""
+    """Chance (N,) that points lie in the person, by the fine level and what a layer of the coarse
+    one gives."""
 
     def __init__(self, first: PointNetwork, second: PointNetwork, merged: int) -> None:
         super().__init__()
@@ -166,15 +198,21 @@ class _FineOccupancy(nn.Module):
 
     def forward(self, coarse: Tensor, fine: Tensor, points: Tensor) -> Tensor:
         kept = self.first(_seen_at(coarse, points), keep=self.merged)[1]
-        return torch.sigmoid(self.second(torch.cat([at_points(fine, points[:, :2]), kept], 1))[0][0, 0])
+        return torch.sigmoid(
+            self.second(torch.cat([at_points(fine, points[:, :2]), kept], 1))[0][0, 0]
+        )
 
 
 def _seen_at(features: Tensor, points: Tensor) -> Tensor:
     """Features (1, D, N) at points, and their depth."""
-    return torch.cat([at_points(features, points[:, :2]), DEPTH_FACTOR * points[None, None, :, 2]], 1)
+    return torch.cat(
+        [at_points(features, points[:, :2]), DEPTH_FACTOR * points[None, None, :, 2]], 1
+    )
 
 
 def _demand(path: str | Path, network: PointNetwork, inputs: int, outputs: int) -> None:
     if (network.inputs, network.outputs[-1]) != (inputs, outputs):
         found = f"{network.inputs} numbers a point and give {network.outputs[-1]}"
-        raise InputError(f"{path}: the layers for points take {found}; expected {inputs} and {outputs}")
+        raise InputError(
+            f"{path}: the layers for points take {found}; expected {inputs} and {outputs}"
+        )

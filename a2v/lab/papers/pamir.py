@@ -1,7 +1,10 @@
-"""PaMIR (Zheng et al. 2021) from its checkpoints: PIFu's idea with a second source of features, the volume of a posed SMPL body.
+"""PaMIR (Zheng et al. 2021) from its checkpoints: PIFu's idea with a second source of features, the
+volume of a posed SMPL body.
 
-Written anew; modules carry the names of the published files (``pamir_net`` and ``pamir_tex_net``), of which some hold layers that nothing runs. Points
-(N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z to the camera, which stands 10 before the middle with a focal length of 5000 pixels.
+Written anew; modules carry the names of the published files (``pamir_net`` and ``pamir_tex_net``),
+of which some hold layers that nothing runs. Points (N, 3) lie in the cube [-.5, .5], x to the
+person's left, y up, z to the camera, which stands 10 before the middle with a focal length of 5000
+pixels.
 """
 
 from __future__ import annotations
@@ -29,7 +32,8 @@ FOCAL = 5000.0
 
 
 class PamirGeometry(nn.Module):
-    """``pamir_net``: features of the picture and of the body's volume, and whether points lie in the person."""
+    """``pamir_net``: features of the picture and of the body's volume, and whether points lie in
+    the person."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -42,7 +46,8 @@ class PamirGeometry(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture and of a volume (1, 3, 128, 128, 128), and the chance that points lie in the person."""
+        """Features of a picture and of a volume (1, 3, 128, 128, 128), and the chance that points
+        lie in the person."""
         side = pixels // 4
         shapes = {"features": (self.hg.features, side, side), "volume": _volume_shape(self.ve)}
         yield Part("features", self.hg, {"image": (3, pixels, pixels)})
@@ -51,7 +56,8 @@ class PamirGeometry(nn.Module):
 
 
 class PamirTexture(nn.Module):
-    """``pamir_tex_net``: colours of points, and how much of the picture's own colour they take; the geometry's features stand last."""
+    """``pamir_tex_net``: colours of points, and how much of the picture's own colour they take; the
+    geometry's features stand last."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__()
@@ -62,16 +68,23 @@ class PamirTexture(nn.Module):
             self.mlp = _Points(part(state, "mlp."))
         _demand(path, self.mlp, self.mlp.inputs, 4)
         if self.mlp.inputs <= self.cg.features + self.ve.features:
-            raise InputError(f"{path}: the layers for points take {self.mlp.inputs} numbers, no more than the texture's own features")
+            raise InputError(
+                f"{path}: the layers for points take {self.mlp.inputs} numbers, no more than the texture's own features"
+            )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
         """The same, and sRGB colours (N, 3) in [0, 1] of points."""
         side = pixels // 4
-        shapes = {"features": (self.mlp.inputs - self.ve.features, side, side), "volume": _volume_shape(self.ve)}
+        shapes = {
+            "features": (self.mlp.inputs - self.ve.features, side, side),
+            "volume": _volume_shape(self.ve),
+        }
         yield Part("features", self.cg, {"image": (3, pixels, pixels)})
         yield Part("volume", self.ve, {"body": (self.ve.inputs, *3 * (VOXELS,))})
-        yield Part("points", _Colors(self.mlp), {**shapes, "image": (3, pixels, pixels), "points": None})
+        yield Part(
+            "points", _Colors(self.mlp), {**shapes, "image": (3, pixels, pixels), "points": None}
+        )
 
 
 def _volume_shape(network: _Volume) -> tuple[int, ...]:
@@ -116,12 +129,20 @@ def _seen_at(features: Tensor, volume: Tensor, points: Tensor) -> Tensor:
 
 def _in_picture(features: Tensor, points: Tensor) -> Tensor:
     """Features (1, F, N, 1) of a map where the camera sees points (N, 3)."""
-    places = points[:, :2] * points.new_tensor([1.0, -1.0]) * (FOCAL / (PIXELS / 2)) / (DISTANCE - points[:, 2:])
-    return functional.grid_sample(features, places[None, :, None], mode="bilinear", padding_mode="border", align_corners=False)
+    places = (
+        points[:, :2]
+        * points.new_tensor([1.0, -1.0])
+        * (FOCAL / (PIXELS / 2))
+        / (DISTANCE - points[:, 2:])
+    )
+    return functional.grid_sample(
+        features, places[None, :, None], mode="bilinear", padding_mode="border", align_corners=False
+    )
 
 
 def in_volume(volume: Tensor, points: Tensor) -> Tensor:
-    """Features (1, F, N, 1) of a volume (1, F, D, H, W), its axes z, y and x, at points (N, 3): trilinear, the border beyond it."""
+    """Features (1, F, N, 1) of a volume (1, F, D, H, W), its axes z, y and x, at points (N, 3):
+    trilinear, the border beyond it."""
     side = volume.shape[-1]
     cells = ((points + 0.5) * side - 0.5).clamp(0, side - 1)
     low = cells.floor().clamp(max=side - 2)
@@ -130,19 +151,25 @@ def in_volume(volume: Tensor, points: Tensor) -> Tensor:
     found = torch.zeros_like(flat[:, :1])
     for corner in range(8):
         step = [corner >> axis & 1 for axis in range(3)]
-        index = ((first[:, 2] + step[2]) * side + first[:, 1] + step[1]) * side + first[:, 0] + step[0]
+        index = (
+            ((first[:, 2] + step[2]) * side + first[:, 1] + step[1]) * side + first[:, 0] + step[0]
+        )
         weights = [share[:, axis] if step[axis] else 1 - share[:, axis] for axis in range(3)]
         found = found + flat.index_select(1, index) * (weights[0] * weights[1] * weights[2])
     return found[None, :, :, None]
 
 
 class _Points(nn.Module):
-    """Five layers on the features of points; all but the first and the last see them again, before what the layer before gave."""
+    """Five layers on the features of points; all but the first and the last see them again, before
+    what the layer before gave."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
         count = len(numbers(state, r"conv(\d+)\."))
-        self.inputs, self.outputs = channels(state, "conv0.0.weight", 1), channels(state, f"conv{count - 1}.0.weight", 0)
+        self.inputs, self.outputs = (
+            channels(state, "conv0.0.weight", 1),
+            channels(state, f"conv{count - 1}.0.weight", 0),
+        )
         self.count = count
         for index in range(count):
             wide, given = (channels(state, f"conv{index}.0.weight", axis) for axis in (0, 1))
@@ -152,7 +179,9 @@ class _Points(nn.Module):
     def forward(self, features: Tensor) -> Tensor:
         value: Tensor = self.get_submodule("conv0")(features)
         for index in range(1, self.count):
-            value = self.get_submodule(f"conv{index}")(value if index == self.count - 1 else torch.cat([features, value], 1))
+            value = self.get_submodule(f"conv{index}")(
+                value if index == self.count - 1 else torch.cat([features, value], 1)
+            )
         return value
 
 
@@ -162,7 +191,10 @@ class _Block(nn.Module):
     def __init__(self, before: int, after: int) -> None:
         super().__init__()
         self.bn, self.conv1 = nn.GroupNorm(4, before), nn.Conv2d(before, after // 2, 3, padding=1)
-        self.bn2, self.conv3 = nn.GroupNorm(4, after // 2), nn.Conv2d(after // 2, after, 3, padding=1)
+        self.bn2, self.conv3 = (
+            nn.GroupNorm(4, after // 2),
+            nn.Conv2d(after // 2, after, 3, padding=1),
+        )
         self.conv4 = nn.Conv2d(before, after, 1) if before != after else None
 
     def forward(self, value: Tensor) -> Tensor:
@@ -175,7 +207,8 @@ def _blocks(count: int, width: int) -> nn.Sequential:
 
 
 class _Hourglass(nn.Module):
-    """Blocks at half the size, within them the next hourglass, and beside them blocks at the size itself."""
+    """Blocks at half the size, within them the next hourglass, and beside them blocks at the size
+    itself."""
 
     def __init__(self, depth: int, count: int, width: int) -> None:
         super().__init__()
@@ -190,7 +223,9 @@ class _Hourglass(nn.Module):
         low = self.low1_(functional.max_pool2d(value, 2))
         low = self.low3_((self.low2 if self.depth > 1 else self.low2_)(low))
         around: Tensor = self.up1_(value)
-        return around + functional.interpolate(low, scale_factor=2, mode="bilinear", align_corners=False)
+        return around + functional.interpolate(
+            low, scale_factor=2, mode="bilinear", align_corners=False
+        )
 
 
 class _Hourglasses(nn.Module):
@@ -198,17 +233,28 @@ class _Hourglasses(nn.Module):
 
     def __init__(self, state: State) -> None:
         super().__init__()
-        stacks, count = len(numbers(state, r"hourglass\.(\d+)\.")), len(numbers(state, r"hourglass\.0\.up1_\.(\d+)\."))
+        stacks, count = (
+            len(numbers(state, r"hourglass\.(\d+)\.")),
+            len(numbers(state, r"hourglass\.0\.up1_\.(\d+)\.")),
+        )
         if not stacks or not count:
-            raise InputError("the checkpoint has no 'hg.hourglass.0.up1_'; is it another network's?")
+            raise InputError(
+                "the checkpoint has no 'hg.hourglass.0.up1_'; is it another network's?"
+            )
         depth = max(name.count("low2.") for name in state) + 1
-        width, self.features = channels(state, "tmpOut.0.weight", 1), channels(state, "tmpOut.0.weight", 0)
+        width, self.features = (
+            channels(state, "tmpOut.0.weight", 1),
+            channels(state, "tmpOut.0.weight", 0),
+        )
         self.count = count
         self.conv1_, self.bn1 = nn.Conv2d(3, 64, 7, stride=2, padding=3), nn.GroupNorm(4, 64)
         self.r1, self.r4, self.r5 = _Block(64, 128), _Block(128, 128), _Block(128, width)
         self.hourglass = nn.ModuleList(_Hourglass(depth, count, width) for _ in range(stacks))
         self.Residual = nn.ModuleList(_Block(width, width) for _ in range(stacks * count))
-        self.lin_ = nn.ModuleList(nn.Sequential(nn.Conv2d(width, width, 1), nn.GroupNorm(4, width), nn.ReLU()) for _ in range(stacks))
+        self.lin_ = nn.ModuleList(
+            nn.Sequential(nn.Conv2d(width, width, 1), nn.GroupNorm(4, width), nn.ReLU())
+            for _ in range(stacks)
+        )
         self.tmpOut = nn.ModuleList(nn.Conv2d(width, self.features, 1) for _ in range(stacks))
         self.ll_ = nn.ModuleList(nn.Conv2d(width, width, 1) for _ in range(stacks - 1))
         self.tmpOut_ = nn.ModuleList(nn.Conv2d(self.features, width, 1) for _ in range(stacks - 1))
@@ -228,12 +274,18 @@ class _Hourglasses(nn.Module):
 
 
 class _Wide(nn.Module):
-    """Two convolutions with norms, added to the input; the file holds a norm and a third convolution that nothing runs."""
+    """Two convolutions with norms, added to the input; the file holds a norm and a third
+    convolution that nothing runs."""
 
-    def __init__(self, width: int, groups: int, kind: type[nn.Conv2d] | type[nn.Conv3d], dilation: int) -> None:
+    def __init__(
+        self, width: int, groups: int, kind: type[nn.Conv2d] | type[nn.Conv3d], dilation: int
+    ) -> None:
         super().__init__()
         self.bn = nn.GroupNorm(groups, width)
-        self.conv1, self.bn1 = kind(width, width, 3, padding=dilation, dilation=dilation), nn.GroupNorm(groups, width)
+        self.conv1, self.bn1 = (
+            kind(width, width, 3, padding=dilation, dilation=dilation),
+            nn.GroupNorm(groups, width),
+        )
         self.conv2, self.bn2 = kind(width, width, 3, padding=1), nn.GroupNorm(groups, width)
         self.conv3 = kind(width, width, 3, padding=1)
 
@@ -249,10 +301,18 @@ class _Volume(nn.Module):
         super().__init__()
         self.inputs, inner = channels(state, "conv1.weight", 1), channels(state, "conv1.weight", 0)
         self.features = channels(state, "conv2.weight", 0)
-        self.conv1, self.bn1 = nn.Conv3d(self.inputs, inner, 5, stride=2, padding=4, dilation=2), nn.GroupNorm(4, inner)
-        self.conv2, self.bn2 = nn.Conv3d(inner, self.features, 5, stride=2, padding=4, dilation=2), nn.GroupNorm(4, self.features)
+        self.conv1, self.bn1 = (
+            nn.Conv3d(self.inputs, inner, 5, stride=2, padding=4, dilation=2),
+            nn.GroupNorm(4, inner),
+        )
+        self.conv2, self.bn2 = (
+            nn.Conv3d(inner, self.features, 5, stride=2, padding=4, dilation=2),
+            nn.GroupNorm(4, self.features),
+        )
         self.r1, self.r2, self.r3 = (_Wide(self.features, 4, nn.Conv3d, 2) for _ in range(3))
-        self.conv_out1, self.conv_out2 = (nn.Conv3d(self.features, self.features, 3, padding=1) for _ in range(2))  # of training alone
+        self.conv_out1, self.conv_out2 = (
+            nn.Conv3d(self.features, self.features, 3, padding=1) for _ in range(2)
+        )  # of training alone
 
     def forward(self, body: Tensor) -> Tensor:
         value = functional.relu(self.bn2(self.conv2(functional.relu(self.bn1(self.conv1(body))))))
@@ -261,16 +321,21 @@ class _Volume(nn.Module):
 
 
 class _Encoder(nn.Module):
-    """Features of a picture at a quarter of its size, whose first convolution runs around its borders."""
+    """Features of a picture at a quarter of its size, whose first convolution runs around its
+    borders."""
 
     def __init__(self, state: State) -> None:
         super().__init__()
         widths = [channels(state, f"conv{index}.weight", 0) for index in (1, 2, 3)]
         self.features = widths[-1]
         self.conv1 = nn.Conv2d(3, widths[0], 7, padding=3, padding_mode="circular")
-        self.conv2, self.conv3 = (nn.Conv2d(near, far, 3, stride=2, padding=1) for near, far in itertools.pairwise(widths))
+        self.conv2, self.conv3 = (
+            nn.Conv2d(near, far, 3, stride=2, padding=1) for near, far in itertools.pairwise(widths)
+        )
         self.bn1, self.bn2, self.bn3 = (nn.GroupNorm(32, width) for width in widths)
-        self.r1, self.r2, self.r3, self.r4, self.r5, self.r6 = (_Wide(self.features, 32, nn.Conv2d, 1) for _ in range(6))
+        self.r1, self.r2, self.r3, self.r4, self.r5, self.r6 = (
+            _Wide(self.features, 32, nn.Conv2d, 1) for _ in range(6)
+        )
 
     def forward(self, image: Tensor) -> Tensor:
         value = functional.relu(self.bn1(self.conv1(image)))

@@ -1,4 +1,5 @@
-"""What PaMIR's networks are given of one person: the picture on white, and SMPL's posed body as a volume; then occupancy and colours of points."""
+"""What PaMIR's networks are given of one person: the picture on white, and SMPL's posed body as a
+volume; then occupancy and colours of points."""
 
 from __future__ import annotations
 
@@ -45,15 +46,28 @@ class PamirPerson:
         The body is another model's, or a checkpoint another network's.
     """
 
-    def __init__(self, subject: Subject, body: Body, camera: OrthographicCamera, *, geometry: str, texture: str, smpl: str) -> None:
+    def __init__(
+        self,
+        subject: Subject,
+        body: Body,
+        camera: OrthographicCamera,
+        *,
+        geometry: str,
+        texture: str,
+        smpl: str,
+    ) -> None:
         if body.model != "smpl":
-            raise InputError(f"PaMIR sees SMPL's body, and this one is {body.model}'s; give SMPL's .npz file with --fit.model")
+            raise InputError(
+                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give SMPL's .npz file with --fit.model"
+            )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
         self._camera, self._middle = frame.camera, float(np.mean(body.vertices[:, 2]))
         opacity = frame.mask[..., None]
         picture = frame.image.astype(np.float32) / 255 * opacity + (1 - opacity)
         self._image = np.ascontiguousarray(picture.transpose(2, 0, 1)[None], np.float32)
-        self._body = body_volume(self.place(body.vertices), body.faces, _names(smpl, len(body.vertices)))[None]
+        self._body = body_volume(
+            self.place(body.vertices), body.faces, _names(smpl, len(body.vertices))
+        )[None]
         self._texture, self._geometry = texture, Converted("pamir", geometry, PIXELS)
         self._maps = self._seen(self._geometry)
 
@@ -70,18 +84,24 @@ class PamirPerson:
             raise InputError(
                 f"{self._texture} takes {network.features} features; with the geometry's there are {maps['features'].shape[1]}"
             )
-        found: FloatArray = np.clip(network.at(self.place(points), image=self._image, **maps), 0, 1).astype(np.float32)
+        found: FloatArray = np.clip(
+            network.at(self.place(points), image=self._image, **maps), 0, 1
+        ).astype(np.float32)
         return found
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), metres, in the networks' cube; their camera, which has a perspective, then sees them where ours, which has none, does."""
+        """Points (N, 3), metres, in the networks' cube; their camera, which has a perspective, then
+        sees them where ours, which has none, does."""
         pixels = self._camera.project(np.asarray(points, np.float64))
         depth = (points[:, 2] - self._middle) * self._camera.scale / UNIT
         flat = (pixels - PIXELS / 2) / UNIT * (1 - depth[:, None] / DISTANCE)
         return np.asarray(np.stack([flat[:, 0], -flat[:, 1], depth], axis=1), np.float32)
 
     def _seen(self, network: Converted) -> dict[str, FloatArray]:
-        return {"features": network.run("features", image=self._image), "volume": network.run("volume", body=self._body)}
+        return {
+            "features": network.run("features", image=self._image),
+            "volume": network.run("volume", body=self._body),
+        }
 
 
 def _names(smpl: str, count: int) -> FloatArray:
@@ -90,13 +110,18 @@ def _names(smpl: str, count: int) -> FloatArray:
 
     template = make_body(load_body_model(smpl)).vertices
     if len(template) != count:
-        raise InputError(f"{smpl} has {len(template)} vertices and the fitted body {count}; fit with the same file (--fit.model)")
+        raise InputError(
+            f"{smpl} has {len(template)} vertices and the fitted body {count}; fit with the same file (--fit.model)"
+        )
     low, high = template.min(axis=0), template.max(axis=0)
     return np.asarray((template - low) / (high - low), np.float32)
 
 
-def body_volume(vertices: FloatArray, faces: np.ndarray, names: FloatArray, voxels: int = VOXELS) -> FloatArray:
-    """Blended names (3, D, H, W) of the vertices around each voxel of the cube [-.5, .5] whose middle lies in a closed body; 0 elsewhere.
+def body_volume(
+    vertices: FloatArray, faces: np.ndarray, names: FloatArray, voxels: int = VOXELS
+) -> FloatArray:
+    """Blended names (3, D, H, W) of the vertices around each voxel of the cube [-.5, .5] whose
+    middle lies in a closed body; 0 elsewhere.
 
     Weights are exp(-d² / σ²). Axes: z, y and x.
     """
@@ -113,5 +138,7 @@ def body_volume(vertices: FloatArray, faces: np.ndarray, names: FloatArray, voxe
         part = slice(start, start + 2048)
         apart = (points[part] ** 2).sum(axis=1)[:, None] + squares - 2 * points[part] @ vertices.T
         weights = np.exp(-np.maximum(apart, 0) / SIGMA**2)
-        out[:, z[part], y[part], x[part]] = (weights @ names / (weights.sum(axis=1, keepdims=True) + 1e-10)).T
+        out[:, z[part], y[part], x[part]] = (
+            weights @ names / (weights.sum(axis=1, keepdims=True) + 1e-10)
+        ).T
     return out

@@ -17,7 +17,15 @@ from a2v.lab.papers.pamir_person import PamirPerson
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.inputs import Frame, make_frame
 from a2v.sessions import file_digest
-from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject, Surface
+from a2v.types import (
+    Body,
+    FloatArray,
+    OrthographicCamera,
+    Progress,
+    Reconstruction,
+    Subject,
+    Surface,
+)
 
 OfPoints = Callable[[FloatArray], FloatArray]
 MARGIN = 0.06
@@ -30,8 +38,9 @@ STEEPNESS = 0.06
 class PapersSettings:
     """The checkpoints, and how the field becomes a surface.
 
-    With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which needs `pifu_geometry`, colours that the
-    photo did not see are PIFu's; without, the front is mirrored. PaMIR goes alone.
+    With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which
+    needs `pifu_geometry`, colours that the photo did not see are PIFu's; without, the front is
+    mirrored. PaMIR goes alone.
 
     Attributes
     ----------
@@ -88,26 +97,43 @@ class PapersSettings:
         for color, shape in (("pifu_color", "pifu_geometry"), ("pamir_texture", "pamir_geometry")):
             if getattr(self, color) and not getattr(self, shape):
                 names = [name.replace("_", "-") for name in (color, shape)]
-                raise InputError(f"--{names[0]} needs --{names[1]} FILE too: colours see the geometry's features")
+                raise InputError(
+                    f"--{names[0]} needs --{names[1]} FILE too: colours see the geometry's features"
+                )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
                 "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare them by --methods of a2v compare, one by one"
             )
         if self.pamir_geometry and not self.smpl:
-            raise InputError("--pamir-geometry needs SMPL's .npz file too, your own: --fit.model SMPL.npz")
+            raise InputError(
+                "--pamir-geometry needs SMPL's .npz file too, your own: --fit.model SMPL.npz"
+            )
         digest = hashlib.sha256()
-        for name in (self.pifuhd, self.pifu_geometry, self.pifu_color, self.pamir_geometry, self.pamir_texture, self.smpl):
+        for name in (
+            self.pifuhd,
+            self.pifu_geometry,
+            self.pifu_color,
+            self.pamir_geometry,
+            self.pamir_texture,
+            self.smpl,
+        ):
             if name and not Path(name).is_file():
                 raise InputError(f"{name} does not exist; give the checkpoint's file")
             digest.update((file_digest(Path(name)) if name else "-").encode())
         return digest.hexdigest()
 
     def pinned(self) -> PapersSettings:
-        """The same settings with the digest of their files, by which results are remembered; see `files_digest` for the errors."""
+        """The same settings with the digest of their files, by which results are remembered; see
+        `files_digest` for the errors."""
         return dataclasses.replace(self, digest=self.files_digest())
 
     def reconstruct(
-        self, subject: Subject, body: Body, camera: OrthographicCamera, *, progress: Progress | None = None
+        self,
+        subject: Subject,
+        body: Body,
+        camera: OrthographicCamera,
+        *,
+        progress: Progress | None = None,
     ) -> Reconstruction:
         """The person's surface by these checkpoints; see `papers_surface`."""
         shape, expected = papers_surface(subject, body, camera, settings=self, progress=progress)
@@ -115,7 +141,12 @@ class PapersSettings:
 
 
 def papers_surface(
-    subject: Subject, body: Body, camera: OrthographicCamera, *, settings: PapersSettings, progress: Progress | None = None
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    *,
+    settings: PapersSettings,
+    progress: Progress | None = None,
 ) -> tuple[Surface, FloatArray | None]:
     """Reconstruct the person by PIFuHD or PIFu; the fitted body only says where the person is.
 
@@ -136,27 +167,43 @@ def papers_surface(
     Raises
     ------
     InputError
-        A checkpoint is missing or of another network, the mask is empty, or the networks see nobody.
+        A checkpoint is missing or of another network, the mask is empty, or the networks see
+        nobody.
     """
     digest = settings.files_digest()
     if settings.digest not in ("", digest):
-        raise InputError(f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile")
+        raise InputError(
+            f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile"
+        )
     bounds = person_box(body.vertices, subject.mask > 0.5, camera)
     name, occupancy, colors_of = _networks(subject, body, camera, settings)
     box = np.stack([bounds[0] - MARGIN, bounds[1] + MARGIN])
-    vertices, faces = extract_surface(lambda points: _distance(occupancy(points)), box, settings=settings.extraction, progress=progress)
+    vertices, faces = extract_surface(
+        lambda points: _distance(occupancy(points)),
+        box,
+        settings=settings.extraction,
+        progress=progress,
+    )
     colors = None if colors_of is None else colors_of(vertices)
     provenance = {
         "backend": "papers", "digest": digest, "geometry": name,
         "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
     }  # fmt: skip
     shown = np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors
-    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=shown, provenance=provenance)
+    surface = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=shown,
+        provenance=provenance,
+    )
     return surface, colors
 
 
-def _networks(subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings) -> tuple[str, OfPoints, OfPoints | None]:
-    """The chosen network's name, its chance (N,) that points, metres, lie in the person, and colours (N, 3) of points where there are any."""
+def _networks(
+    subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings
+) -> tuple[str, OfPoints, OfPoints | None]:
+    """The chosen network's name, its chance (N,) that points, metres, lie in the person, and
+    colours (N, 3) of points where there are any."""
     if settings.pamir_geometry:
         seen = PamirPerson(
             subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
@@ -168,9 +215,12 @@ def _networks(subject: Subject, body: Body, camera: OrthographicCamera, settings
 
 
 class _Placement:
-    """Where the networks' cube [-1, 1] lies: the square around the person, as deep as it is wide, around the body's mean depth."""
+    """Where the networks' cube [-1, 1] lies: the square around the person, as deep as it is wide,
+    around the body's mean depth."""
 
-    def __init__(self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int) -> None:
+    def __init__(
+        self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int
+    ) -> None:
         self._subject, self._camera, self._depth, self.pixels = subject, camera, depth, pixels
 
     def image(self, pixels: int) -> FloatArray:
@@ -188,7 +238,10 @@ class _Placement:
 
     def _frame(self, pixels: int) -> Frame:
         if getattr(self, "_kept", (0, None))[0] != pixels:
-            self._kept = (pixels, make_frame(self._subject.image, self._subject.mask, self._camera, pixels))
+            self._kept = (
+                pixels,
+                make_frame(self._subject.image, self._subject.mask, self._camera, pixels),
+            )
         return self._kept[1]
 
 
@@ -199,7 +252,10 @@ def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
         image = {"image": place.image(settings.pixels)}
         sides = {side: network.run(side, **image) for side in ("front", "back")}
         coarse = network.run("coarse", **image, **sides)
-        maps = {"coarse": coarse, "fine": network.run("fine", image=place.image(2 * settings.pixels), **sides)}
+        maps = {
+            "coarse": coarse,
+            "fine": network.run("fine", image=place.image(2 * settings.pixels), **sides),
+        }
     else:
         network = Converted("geometry", settings.pifu_geometry, settings.pixels)
         maps = {"features": network.run("features", image=place.image(settings.pixels))}
@@ -209,7 +265,9 @@ def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
 def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -> FloatArray:
     """PIFu's colours (V, 3) of vertices (V, 3)."""
     image = place.image(settings.pixels)
-    geometry = Converted("geometry", settings.pifu_geometry, settings.pixels).run("features", image=image)
+    geometry = Converted("geometry", settings.pifu_geometry, settings.pixels).run(
+        "features", image=image
+    )
     network = Converted("color", settings.pifu_color, settings.pixels)
     features = np.concatenate([geometry, network.run("features", image=image)], axis=1)
     if features.shape[1] != network.features:
@@ -221,5 +279,6 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
 
 
 def _distance(occupancy: FloatArray) -> FloatArray:
-    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far away that no cell is refined for them."""
+    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far away
+    that no cell is refined for them."""
     return STEEPNESS * (0.5 - occupancy)

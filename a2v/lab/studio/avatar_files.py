@@ -1,8 +1,8 @@
 """Reading the VALID avatars.
 
-The files are glTF 2.0 with one or more skinned meshes (body, eyes, hair) that share one skeleton. A vertex
-of a skinned mesh is ``sum_k w_k * joint_k * inverse_bind_k * v``; the node of the mesh itself does not
-count (glTF 2.0, section 3.7.3.3).
+The files are glTF 2.0 with one or more skinned meshes (body, eyes, hair) that share one skeleton. A
+vertex of a skinned mesh is ``sum_k w_k * joint_k * inverse_bind_k * v``; the node of the mesh
+itself does not count (glTF 2.0, section 3.7.3.3).
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ MAX_PARTS = 256
 """Skinned meshes, skins and materials."""
 MAX_TEXELS = 4096 * 4096
 """Of all materials' pictures together."""
-_GUTTER = 8  # pixels repeated around each tile of the atlas, so that filtering never mixes two materials
+_GUTTER = (
+    8  # pixels repeated around each tile of the atlas, so that filtering never mixes two materials
+)
 
 
 def list_avatars(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
@@ -42,7 +44,9 @@ def list_avatars(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
     """
     found = tuple(sorted(Path(folder).glob("*.glb")))
     if not found:
-        raise InputError(f"{folder} holds no .glb files; set A2V_DATA to the folder of data whose 'avatars' has them")
+        raise InputError(
+            f"{folder} holds no .glb files; set A2V_DATA to the folder of data whose 'avatars' has them"
+        )
     return found
 
 
@@ -52,7 +56,8 @@ def load_avatar(path: str | os.PathLike[str]) -> Avatar:
     Raises
     ------
     InputError
-        The file is no binary glTF 2.0 with a skinned, textured mesh, or is broken; the message names it.
+        The file is no binary glTF 2.0 with a skinned, textured mesh, or is broken; the message
+        names it.
     """
     gltf = read_glb(path)
     try:
@@ -92,9 +97,16 @@ def _read_avatar(gltf: Gltf) -> Avatar:
     for node in skinned:
         skin = gltf.item("skins", node["skin"])
         chosen = np.array([slot[joint] for joint in gltf.joints(skin)])
-        inverse_bind = gltf.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+        inverse_bind = (
+            gltf.accessor(skin["inverseBindMatrices"])
+            .reshape(-1, 4, 4)
+            .transpose(0, 2, 1)
+            .astype(np.float64)
+        )
         if len(inverse_bind) < len(chosen):
-            raise gltf.fail(f"skin {node['skin']} has {len(inverse_bind)} inverse bind matrices for {len(chosen)} joints")
+            raise gltf.fail(
+                f"skin {node['skin']} has {len(inverse_bind)} inverse bind matrices for {len(chosen)} joints"
+            )
         matrices = rest[chosen] @ inverse_bind[: len(chosen)]
         merged.mesh_names.append(str(node.get("name", f"mesh{node['mesh']}")))
         for primitive in gltf.item("meshes", node["mesh"])["primitives"]:
@@ -129,7 +141,8 @@ def _read_avatar(gltf: Gltf) -> Avatar:
 
 
 def _joint_order(gltf: Gltf, node_parents: list[int]) -> tuple[list[int], list[int]]:
-    """Nodes that any skin uses, parents first, and each one's parent among them (-1 for the root)."""
+    """Nodes that any skin uses, parents first, and each one's parent among them (-1 for the
+    root)."""
     used = {joint for skin in gltf.items("skins") for joint in gltf.joints(skin)}
     if len(used) > MAX_JOINTS:
         raise gltf.fail(f"has {len(used)} joints; expected at most {MAX_JOINTS}")
@@ -152,25 +165,49 @@ def _joint_order(gltf: Gltf, node_parents: list[int]) -> tuple[list[int], list[i
     return order, parents
 
 
-def _add_primitive(gltf: Gltf, primitive: dict[str, object], matrices: np.ndarray, joints: np.ndarray, merged: _Merged) -> None:
+def _add_primitive(
+    gltf: Gltf,
+    primitive: dict[str, object],
+    matrices: np.ndarray,
+    joints: np.ndarray,
+    merged: _Merged,
+) -> None:
     if primitive.get("mode", 4) != 4:
         raise gltf.fail("has a primitive that is no triangle list")
     attributes = primitive["attributes"]
     if not isinstance(attributes, dict):
         raise gltf.fail("has a primitive without attributes")
-    if missing := [name for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0") if name not in attributes]:
+    if missing := [
+        name
+        for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0")
+        if name not in attributes
+    ]:
         raise gltf.fail(f"has a mesh without {missing[0]}")
-    positions, uv, local, weights = (gltf.accessor(attributes[name]) for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0"))
+    positions, uv, local, weights = (
+        gltf.accessor(attributes[name])
+        for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0")
+    )
     count = len(positions)
-    indices = gltf.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    indices = (
+        gltf.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    )
     merged.corner_count += len(indices)
     if merged.vertices + count > MAX_VERTICES or merged.corner_count > 3 * MAX_VERTICES:
         raise gltf.fail(f"has more than {MAX_VERTICES} vertices or triangles")
     if len(merged.faces) >= MAX_PARTS:
         raise gltf.fail(f"has more than {MAX_PARTS} primitives")
-    if positions.shape[1] != 3 or uv.shape != (count, 2) or local.shape != (count, 4) or weights.shape != (count, 4):
+    if (
+        positions.shape[1] != 3
+        or uv.shape != (count, 2)
+        or local.shape != (count, 4)
+        or weights.shape != (count, 4)
+    ):
         raise gltf.fail("has a mesh whose attributes differ in length")
-    if len(indices) % 3 or (len(indices) and indices.max() >= count) or local.max(initial=0) >= len(joints):
+    if (
+        len(indices) % 3
+        or (len(indices) and indices.max() >= count)
+        or local.max(initial=0) >= len(joints)
+    ):
         raise gltf.fail("has indices beyond its vertices or joints")
     total = weights.sum(axis=1, dtype=np.float64, keepdims=True)
     if not np.isfinite(positions).all() or not np.isfinite(uv).all() or not (total > 0).all():
@@ -178,7 +215,9 @@ def _add_primitive(gltf: Gltf, primitive: dict[str, object], matrices: np.ndarra
     faces = indices.reshape(-1, 3).astype(np.int64)
     chosen = matrices[local.astype(np.int64)]
     points = positions.astype(np.float64)
-    merged.influences.append(np.einsum("vkij,vj->vki", chosen[..., :3, :3], points) + chosen[..., :3, 3])
+    merged.influences.append(
+        np.einsum("vkij,vj->vki", chosen[..., :3, :3], points) + chosen[..., :3, 3]
+    )
     merged.weights.append(weights / total)
     merged.bones.append(joints[local.astype(np.int64)])
     merged.faces.append(faces + merged.vertices)
@@ -191,16 +230,23 @@ def _add_primitive(gltf: Gltf, primitive: dict[str, object], matrices: np.ndarra
 
 
 def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
-    """Textures of all materials side by side, and each material's tile (left, bottom, width, height) in uv."""
+    """Textures of all materials side by side, and each material's tile (left, bottom, width,
+    height) in uv."""
     images = []
     for material in gltf.items("materials"):
         shading = material.get("pbrMetallicRoughness", {})
         factor = np.asarray(shading.get("baseColorFactor", (1, 1, 1, 1)), np.float64)[:3]
         if "baseColorTexture" in shading:
-            image: np.ndarray = gltf.image(gltf.item("textures", shading["baseColorTexture"]["index"])["source"]).astype(np.float64) / 255
+            image: np.ndarray = (
+                gltf.image(
+                    gltf.item("textures", shading["baseColorTexture"]["index"])["source"]
+                ).astype(np.float64)
+                / 255
+            )
         else:
             image = np.ones((16, 16, 3))
-        # factors are linear: multiplying sRGB by their sRGB value is exact for a pure power law, and for factor 1
+        # factors are linear: multiplying sRGB by their sRGB value is exact for a pure power law,
+        # and for factor 1
         images.append(np.rint(255 * image * factor ** (1 / 2.2)).astype(np.uint8))
         if sum(image.shape[0] * image.shape[1] for image in images) > MAX_TEXELS:
             raise gltf.fail(f"has textures of more than {MAX_TEXELS >> 20} million pixels together")
@@ -210,21 +256,27 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
 
 
 def pack_atlas(images: Sequence[ByteArray]) -> tuple[ByteArray, np.ndarray]:
-    """Pictures (h, w, 3) side by side, and each one's tile (left, bottom, width, height) in uv; their edges are carried on around them."""
+    """Pictures (h, w, 3) side by side, and each one's tile (left, bottom, width, height) in uv;
+    their edges are carried on around them."""
     height = max(image.shape[0] for image in images)
     padded, tiles, left = [], [], 0
     for image in images:
         rows, columns = image.shape[:2]
         below = height - rows
-        padded.append(np.pad(image, ((_GUTTER, _GUTTER + below), (_GUTTER, _GUTTER), (0, 0)), mode="edge"))
+        padded.append(
+            np.pad(image, ((_GUTTER, _GUTTER + below), (_GUTTER, _GUTTER), (0, 0)), mode="edge")
+        )
         tiles.append((left + _GUTTER, _GUTTER + below, columns, rows))
         left += columns + 2 * _GUTTER
     atlas = np.concatenate(padded, axis=1)
-    return atlas, np.array(tiles, np.float64) / np.array([left, height + 2 * _GUTTER] * 2, np.float64)
+    return atlas, np.array(tiles, np.float64) / np.array(
+        [left, height + 2 * _GUTTER] * 2, np.float64
+    )
 
 
 def to_atlas(corners: np.ndarray, tiles: np.ndarray) -> np.ndarray:
-    """Map glTF texture coordinates (F, 3, 2; origin at the upper left) into tiles (F, 4), origin at the lower left."""
+    """Map glTF texture coordinates (F, 3, 2; origin at the upper left) into tiles (F, 4), origin at
+    the lower left."""
     whole = np.floor(corners.mean(axis=1, keepdims=True))  # a face wholly in a repeated tile
     inside = np.clip(corners - whole, 0.0, 1.0)
     inside[..., 1] = 1.0 - inside[..., 1]

@@ -1,4 +1,5 @@
-"""Posable, textured people in a2v's axes: what the studios photograph. They stand in T-pose, y up, facing +z, in metres."""
+"""Posable, textured people in a2v's axes: what the studios photograph. They stand in T-pose, y up,
+facing +z, in metres."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ _PART_OF_BONE = {
 
 
 def avatar_part(bone: str) -> str:
-    """The body part, one of `a2v.body.PARTS`, that the bone of that name of the avatars' rig moves."""
+    """The body part, one of `a2v.body.PARTS`, that the bone of that name of the avatars' rig
+    moves."""
     stem = bone.split("_")[0]
     for side in ("Left", "Right"):
         rest = stem.removeprefix(side)
@@ -50,8 +52,9 @@ class Avatar(Record):
     name : str
         File name without suffix.
     influences : (V, 4, 3) float32
-        Position of each vertex, metres, as each of its four bones places it in the rest pose; the rest vertex is
-        their mean weighted by `weights`. (Where a file's rest pose is its bind pose all four agree.)
+        Position of each vertex, metres, as each of its four bones places it in the rest pose; the
+        rest vertex is their mean weighted by `weights`. (Where a file's rest pose is its bind pose
+        all four agree.)
     weights : (V, 4) float32
         Skinning weights, rows sum to 1.
     bones : (V, 4) int32
@@ -107,15 +110,17 @@ class Avatar(Record):
         self._check("bone_parents", ("B",), sizes)
         self._check("rest_transforms", ("B", 4, 4), sizes)
 
-    def bone_transforms(self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None) -> FloatArray:
+    def bone_transforms(
+        self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None
+    ) -> FloatArray:
         """World from bone (B, 4, 4) float32 after turning joints.
 
         Parameters
         ----------
         rotations : mapping of bone name to (3,) rotation vector, radians
-            How each bone (with all that hangs on it) turns about its joint, **in the world's axes of the rest pose**:
-            ``{"LeftArm": (0, 0, -pi / 2)}`` lowers the left arm of the T-pose to the side, and a rotation of
-            ``LeftForeArm`` moves along with it.
+            How each bone (with all that hangs on it) turns about its joint, **in the world's axes
+            of the rest pose**: ``{"LeftArm": (0, 0, -pi / 2)}`` lowers the left arm of the T-pose
+            to the side, and a rotation of ``LeftForeArm`` moves along with it.
 
         Raises
         ------
@@ -124,25 +129,43 @@ class Avatar(Record):
         """
         given = {} if rotations is None else rotations
         if unknown := [name for name in given if name not in self.bone_names]:
-            raise InputError(f"avatar {self.name} has no bone '{unknown[0]}'; its bones: {', '.join(self.bone_names)}")
+            raise InputError(
+                f"avatar {self.name} has no bone '{unknown[0]}'; its bones: {', '.join(self.bone_names)}"
+            )
         rest = self.rest_transforms.astype(np.float64)
         delta = np.tile(np.eye(3), (len(rest), 1, 1))
         posed = rest.copy()
-        for index, (name, parent) in enumerate(zip(self.bone_names, self.bone_parents, strict=True)):
-            own = np.asarray(rotvec_to_rotmat(np.asarray(given[name], np.float64))) if name in given else np.eye(3)
+        for index, (name, parent) in enumerate(
+            zip(self.bone_names, self.bone_parents, strict=True)
+        ):
+            own = (
+                np.asarray(rotvec_to_rotmat(np.asarray(given[name], np.float64)))
+                if name in given
+                else np.eye(3)
+            )
             if parent >= 0:
-                posed[index, :3, 3] = posed[parent, :3, 3] + delta[parent] @ (rest[index, :3, 3] - rest[parent, :3, 3])
+                posed[index, :3, 3] = posed[parent, :3, 3] + delta[parent] @ (
+                    rest[index, :3, 3] - rest[parent, :3, 3]
+                )
                 own = delta[parent] @ own
             delta[index] = own
             posed[index, :3, :3] = own @ rest[index, :3, :3]
         return posed.astype(np.float32)
 
     def skin(self, bone_transforms: FloatArray) -> FloatArray:
-        """Vertices (V, 3) float32, metres, for world-from-bone transforms (B, 4, 4): linear blend skinning."""
-        moves = bone_transforms.astype(np.float64) @ np.linalg.inv(self.rest_transforms.astype(np.float64))
+        """Vertices (V, 3) float32, metres, for world-from-bone transforms (B, 4, 4): linear blend
+        skinning."""
+        moves = bone_transforms.astype(np.float64) @ np.linalg.inv(
+            self.rest_transforms.astype(np.float64)
+        )
         return linear_blend(self.influences, self.weights, self.bones, moves)
 
-    def surface(self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None, *, ground: bool = True) -> Surface:
+    def surface(
+        self,
+        rotations: Mapping[str, Sequence[float] | FloatArray] | None = None,
+        *,
+        ground: bool = True,
+    ) -> Surface:
         """The posed person as a textured mesh.
 
         Parameters
@@ -176,7 +199,9 @@ class Avatar(Record):
         return colors
 
 
-def linear_blend(points: FloatArray, weights: FloatArray, bones: IntArray, moves: FloatArray) -> FloatArray:
+def linear_blend(
+    points: FloatArray, weights: FloatArray, bones: IntArray, moves: FloatArray
+) -> FloatArray:
     """Linear blend skinning: vertices (V, 3) float32, metres.
 
     Parameters
@@ -190,11 +215,16 @@ def linear_blend(points: FloatArray, weights: FloatArray, bones: IntArray, moves
     if points.ndim == 2:
         points = points[:, None]
     chosen = moves[bones]
-    placed = np.einsum("vkij,vkj->vki", chosen[..., :3, :3], np.broadcast_to(points, (*bones.shape, 3))) + chosen[..., :3, 3]
+    placed = (
+        np.einsum("vkij,vkj->vki", chosen[..., :3, :3], np.broadcast_to(points, (*bones.shape, 3)))
+        + chosen[..., :3, 3]
+    )
     return np.asarray(np.einsum("vk,vki->vi", weights, placed), np.float32)
 
 
-def a_pose(*, arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0) -> dict[str, tuple[float, float, float]]:
+def a_pose(
+    *, arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0
+) -> dict[str, tuple[float, float, float]]:
     """A relaxed standing pose for `Avatar.bone_transforms`.
 
     Parameters

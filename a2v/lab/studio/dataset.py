@@ -17,7 +17,15 @@ from a2v.lab.studio.workers import check_counts, work_through
 from a2v.types import Progress
 
 OLDER: Mapping[str, object] = MappingProxyType(
-    {"people": "avatars", "varied": 0.0, "things": 0.0, "furniture": 0.0, "cut": 0.0, "photographs": 0.0, "backgrounds": ""}
+    {
+        "people": "avatars",
+        "varied": 0.0,
+        "things": 0.0,
+        "furniture": 0.0,
+        "cut": 0.0,
+        "photographs": 0.0,
+        "backgrounds": "",
+    }
 )
 """Settings that folders from before them lack, as these were made."""
 
@@ -62,7 +70,12 @@ def write_views(
     check_counts(counts, workers)
     keep_index(folder, settings, VERSION, older=OLDER)
     _open_studio(str(folder), str(data), settings)  # makes poses and guides, before workers do
-    todo = [(split, index) for split, count in counts.items() for index in range(count) if not view_path(folder, split, index).exists()]
+    todo = [
+        (split, index)
+        for split, count in counts.items()
+        for index in range(count)
+        if not view_path(folder, split, index).exists()
+    ]
     started = time.perf_counter()
     write = partial(_write, str(folder), str(data), settings)
     # blocks of one avatar stay together

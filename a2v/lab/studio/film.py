@@ -1,4 +1,5 @@
-"""Studio films: an avatar that moves as recorded people do, before a camera that stands, turns or is held in a hand, with the truth."""
+"""Studio films: an avatar that moves as recorded people do, before a camera that stands, turns or
+is held in a hand, with the truth."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from a2v.lab.studio.solid import smooth_normals, weld
 from a2v.types import ByteArray, FloatArray, IntArray, Motion
 
 CAMERAS = ("still", "pan", "hand")
-"""A tripod; one whose head turns after the person; one in a hand, which turns, shakes and drifts."""
+"""A tripod; one whose head turns after the person; one in a hand, which turns, shakes and
+drifts."""
 JOINTS: dict[str, str] = {
     "head": "Head",
     **{
@@ -69,7 +71,8 @@ class FilmSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath:
-    """Where the camera is (T, 3), metres, and its axes (T, 3, 3) in the world, a row each: right, up, ahead; `focal` in pixels."""
+    """Where the camera is (T, 3), metres, and its axes (T, 3, 3) in the world, a row each: right,
+    up, ahead; `focal` in pixels."""
 
     places: FloatArray
     axes: FloatArray
@@ -99,7 +102,10 @@ class Film:
     @property
     def joints(self) -> dict[str, FloatArray]:
         """`JOINTS` (T, 3) in the world."""
-        return {name: self.transforms[:, self.avatar.bone_names.index(bone), :3, 3].astype(np.float64) for name, bone in JOINTS.items()}
+        return {
+            name: self.transforms[:, self.avatar.bone_names.index(bone), :3, 3].astype(np.float64)
+            for name, bone in JOINTS.items()
+        }
 
     def frames(self) -> Iterator[ByteArray]:
         """Pictures (H, W, 3) uint8."""
@@ -126,7 +132,13 @@ def shoot(avatar: Avatar, motion: Motion, settings: FilmSettings) -> Film:
 
     transforms = retarget(motion, avatar_body(avatar), settings=RetargetSettings(life=STILL))
     hips = transforms[:, 0, :3, 3].astype(np.float64)
-    return Film(avatar=avatar, transforms=transforms, path=camera_path(hips, motion.fps, settings), settings=settings, fps=motion.fps)
+    return Film(
+        avatar=avatar,
+        transforms=transforms,
+        path=camera_path(hips, motion.fps, settings),
+        settings=settings,
+        fps=motion.fps,
+    )
 
 
 def camera_path(hips: FloatArray, fps: float, settings: FilmSettings) -> CameraPath:
@@ -138,19 +150,31 @@ def camera_path(hips: FloatArray, fps: float, settings: FilmSettings) -> CameraP
     turn = np.radians(settings.yaw)
     away = np.array([np.sin(turn), 0.0, np.cos(turn)])
     focal = settings.lens / 43.27 * float(np.hypot(settings.width, settings.height))
-    room = 0.5 * float(np.ptp(flat, axis=0).max()) * focal / settings.width * 2 if settings.camera == "still" else 0.0
-    place = middle + away * max(settings.distance, 1.2 + room + 2.0 * focal / settings.height * 0.62) + np.array([0.0, settings.held, 0.0])
+    room = (
+        0.5 * float(np.ptp(flat, axis=0).max()) * focal / settings.width * 2
+        if settings.camera == "still"
+        else 0.0
+    )
+    place = (
+        middle
+        + away * max(settings.distance, 1.2 + room + 2.0 * focal / settings.height * 0.62)
+        + np.array([0.0, settings.held, 0.0])
+    )
     places = np.repeat(place[None], count, axis=0)
     aim = np.repeat((middle + np.array([0.0, 0.9, 0.0]))[None], count, axis=0)
     if settings.camera != "still":
         from scipy.ndimage import gaussian_filter1d
 
-        aim = gaussian_filter1d(flat, 0.35 * fps, axis=0, mode="nearest") + np.array([0.0, 0.9, 0.0])
+        aim = gaussian_filter1d(flat, 0.35 * fps, axis=0, mode="nearest") + np.array(
+            [0.0, 0.9, 0.0]
+        )
     roll = np.zeros(count)
     if settings.camera == "hand":
         from scipy.ndimage import gaussian_filter1d
 
-        shake = gaussian_filter1d(draw.normal(size=(count + 200, 7)), 0.15 * fps, axis=0, mode="wrap")[100 : 100 + count]
+        shake = gaussian_filter1d(
+            draw.normal(size=(count + 200, 7)), 0.15 * fps, axis=0, mode="wrap"
+        )[100 : 100 + count]
         shake /= max(float(shake.std()), 1e-9)
         places = places + 0.02 * shake[:, :3]
         aim = aim + 0.04 * shake[:, 3:6]
@@ -172,23 +196,44 @@ class _Room:
         for _ in range(14):  # pictures on the walls
             left, top = draw.integers(0, 460, 2)
             width, height = draw.integers(20, 70, 2)
-            cv2.rectangle(self.wall, (int(left), int(top)), (int(left + width), int(top + height)), draw.uniform(30, 230, 3).tolist(), -1)
-            cv2.rectangle(self.wall, (int(left), int(top)), (int(left + width), int(top + height)), (40.0, 35.0, 30.0), 2)
+            cv2.rectangle(
+                self.wall,
+                (int(left), int(top)),
+                (int(left + width), int(top + height)),
+                draw.uniform(30, 230, 3).tolist(),
+                -1,
+            )
+            cv2.rectangle(
+                self.wall,
+                (int(left), int(top)),
+                (int(left + width), int(top + height)),
+                (40.0, 35.0, 30.0),
+                2,
+            )
         self.lamp = unit(np.array([draw.uniform(-0.6, 0.6), 1.0, draw.uniform(-0.2, 0.8)]))
         self.ambient = float(draw.uniform(0.35, 0.55))
 
     def shade(self, places: FloatArray, rays: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Colours (n, 3) of the room along rays (n, 3) from `places` (n, 3), and which of them meet the floor, where: (n, 3), NaN for others."""
+        """Colours (n, 3) of the room along rays (n, 3) from `places` (n, 3), and which of them meet
+        the floor, where: (n, 3), NaN for others."""
         with np.errstate(divide="ignore", invalid="ignore"):
             down = np.where(rays[:, 1] < -1e-6, -places[:, 1] / rays[:, 1], np.inf)
-            walls = np.where(np.abs(rays[:, [0, 2]]) > 1e-9, (np.sign(rays[:, [0, 2]]) * _ROOM - places[:, [0, 2]]) / rays[:, [0, 2]], np.inf)
+            walls = np.where(
+                np.abs(rays[:, [0, 2]]) > 1e-9,
+                (np.sign(rays[:, [0, 2]]) * _ROOM - places[:, [0, 2]]) / rays[:, [0, 2]],
+                np.inf,
+            )
         walls = np.where(walls > 0, walls, np.inf)
         side = walls.argmin(axis=1)
         way = np.minimum(down, walls.min(axis=1))
         hit = places + way[:, None] * rays
         on_floor = down <= walls.min(axis=1)
         along = np.where(side == 0, hit[:, 2], hit[:, 0])
-        colors = np.where(on_floor[:, None], _look_up(self.floor, hit[:, 0] / 4, hit[:, 2] / 4), _look_up(self.wall, along / 8, hit[:, 1] / 8))
+        colors = np.where(
+            on_floor[:, None],
+            _look_up(self.floor, hit[:, 0] / 4, hit[:, 2] / 4),
+            _look_up(self.wall, along / 8, hit[:, 1] / 8),
+        )
         colors = np.where((hit[:, 1] > 3.5)[:, None], 225.0, colors)
         return colors, np.where(on_floor[:, None], hit, np.nan)
 
@@ -205,15 +250,22 @@ def _texture(draw: np.random.Generator, size: int) -> FloatArray:
 
 def _look_up(texture: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     size = len(texture)
-    columns, rows = (np.nan_to_num(np.floor(values * size), posinf=0, neginf=0).astype(np.int64) % size for values in (u, v))
+    columns, rows = (
+        np.nan_to_num(np.floor(values * size), posinf=0, neginf=0).astype(np.int64) % size
+        for values in (u, v)
+    )
     return np.asarray(texture[rows, columns])
 
 
 def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
     """A picture (H, W, 3) float, 0 to 255."""
     s, path, avatar = film.settings, film.path, film.avatar
-    u, v = np.meshgrid(np.arange(s.width) + 0.5 - s.width / 2, np.arange(s.height) + 0.5 - s.height / 2)
-    rays = unit(np.stack([u, -v, np.full_like(u, path.focal)], axis=-1).reshape(-1, 3) @ path.axes[frame])
+    u, v = np.meshgrid(
+        np.arange(s.width) + 0.5 - s.width / 2, np.arange(s.height) + 0.5 - s.height / 2
+    )
+    rays = unit(
+        np.stack([u, -v, np.full_like(u, path.focal)], axis=-1).reshape(-1, 3) @ path.axes[frame]
+    )
     eye = np.broadcast_to(path.places[frame], rays.shape)
     colors, floor = room.shade(eye, rays)
     vertices = avatar.skin(film.transforms[frame])
@@ -221,25 +273,42 @@ def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
     local = (vertices - path.places[frame]) @ path.axes[frame].T
     flat = path.focal * local[:, :2] / np.maximum(local[:, 2:], 0.1)
     low, high = flat.min(axis=0) - 2, flat.max(axis=0) + 2
-    near = ((u.ravel() >= low[0]) & (u.ravel() <= high[0]) & (-v.ravel() >= low[1]) & (-v.ravel() <= high[1]))
+    near = (
+        (u.ravel() >= low[0])
+        & (u.ravel() <= high[0])
+        & (-v.ravel() >= low[1])
+        & (-v.ravel() <= high[1])
+    )
     inside = np.flatnonzero(near)
     hits = scene.cast(eye[inside].astype(np.float32), rays[inside].astype(np.float32))
     seen = inside[hits.hit]
     normals = smooth_normals(vertices, avatar.faces, places)
-    shading = room.ambient + (1.1 - room.ambient) * np.maximum(hits.interpolate(normals, avatar.faces) @ room.lamp, 0)
-    colors[seen] = _skin_colors(avatar, hits.face[hits.hit], hits.barycentric[hits.hit]) * shading[:, None]
+    shading = room.ambient + (1.1 - room.ambient) * np.maximum(
+        hits.interpolate(normals, avatar.faces) @ room.lamp, 0
+    )
+    colors[seen] = (
+        _skin_colors(avatar, hits.face[hits.hit], hits.barycentric[hits.hit]) * shading[:, None]
+    )
     person = np.linalg.norm(floor[:, [0, 2]] - vertices[:, [0, 2]].mean(axis=0), axis=1) < 2.5
     person[seen] = False
     dark = np.flatnonzero(person)
-    shadow = scene.occluded(floor[dark].astype(np.float32), np.broadcast_to(room.lamp, (len(dark), 3)).astype(np.float32))
+    shadow = scene.occluded(
+        floor[dark].astype(np.float32),
+        np.broadcast_to(room.lamp, (len(dark), 3)).astype(np.float32),
+    )
     colors[dark[shadow]] *= room.ambient + 0.15
     return np.asarray(colors.reshape(s.height, s.width, 3), np.float32)
 
 
 def _skin_colors(avatar: Avatar, faces: IntArray, uv: FloatArray) -> FloatArray:
-    """Colours (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric coordinates (n, 2)."""
+    """Colours (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric
+    coordinates (n, 2)."""
     corners = avatar.uv[faces]
-    spot = (1 - uv.sum(axis=1, keepdims=True)) * corners[:, 0] + uv[:, :1] * corners[:, 1] + uv[:, 1:] * corners[:, 2]
+    spot = (
+        (1 - uv.sum(axis=1, keepdims=True)) * corners[:, 0]
+        + uv[:, :1] * corners[:, 1]
+        + uv[:, 1:] * corners[:, 2]
+    )
     height, width = avatar.texture.shape[:2]
     columns = np.clip((spot[:, 0] * width).astype(int), 0, width - 1)
     rows = np.clip(((1 - spot[:, 1]) * height).astype(int), 0, height - 1)

@@ -9,7 +9,14 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.lab.datasets.base import ActionDataset
 from a2v.lab.studio.avatars import Avatar
-from a2v.lab.studio.posing import POSED_BONES, Pose, avatar_body, curled_fingers, local_rotations, without_heading
+from a2v.lab.studio.posing import (
+    POSED_BONES,
+    Pose,
+    avatar_body,
+    curled_fingers,
+    local_rotations,
+    without_heading,
+)
 
 
 class MotionFrames:
@@ -47,7 +54,8 @@ class MotionFrames:
         return int(sum(lengths.sum() for lengths in self._lengths))
 
     def draw(self, avatar: Avatar, generator: np.random.Generator) -> tuple[Pose, str]:
-        """A frame on the avatar's rig, and what is done in it: the data sets alike, and of one every frame alike; hands open to fists."""
+        """A frame on the avatar's rig, and what is done in it: the data sets alike, and of one
+        every frame alike; hands open to fists."""
         from a2v.animation.life import STILL
         from a2v.animation.retarget import RetargetSettings, retarget
 
@@ -56,8 +64,12 @@ class MotionFrames:
         place = int(generator.integers(ends[-1]))
         clip = int(np.searchsorted(ends, place, side="right"))
         motion = found.motion(clip)
-        transforms = retarget(motion, avatar_body(avatar), settings=RetargetSettings(raw=True, life=STILL))
+        transforms = retarget(
+            motion, avatar_body(avatar), settings=RetargetSettings(raw=True, life=STILL)
+        )
         local = local_rotations(avatar, transforms[[place - int(ends[clip]) + motion.frames]])[0]
         pose = {name: local[avatar.bone_names.index(name)] for name in POSED_BONES}
-        pose["Hips"] = without_heading(pose["Hips"])  # which way a person faces is drawn anew for every photograph
+        pose["Hips"] = without_heading(
+            pose["Hips"]
+        )  # which way a person faces is drawn anew for every photograph
         return pose | curled_fingers(generator), motion.action

@@ -1,4 +1,5 @@
-"""The guide: the body that `a2v.body.fit_body` would have found in a photo, imitated by a bound body and the errors of real fits."""
+"""The guide: the body that `a2v.body.fit_body` would have found in a photo, imitated by a bound
+body and the errors of real fits."""
 
 from __future__ import annotations
 
@@ -64,7 +65,8 @@ class Guide(Record):
             self._check(name, shape, sizes)
 
     def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
-        """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone `transforms` (B, 4, 4) of the built avatar.
+        """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone
+        `transforms` (B, 4, 4) of the built avatar.
 
         `avatar` is the one without the build.
         """
@@ -72,23 +74,41 @@ class Guide(Record):
 
     def posed_landmarks(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
         """Landmarks (33, 3) float32; see `posed`."""
-        return self._carried(self.landmarks, np.ones((33, 1)), self.landmark_bones[:, None], avatar, build, transforms)
+        return self._carried(
+            self.landmarks,
+            np.ones((33, 1)),
+            self.landmark_bones[:, None],
+            avatar,
+            build,
+            transforms,
+        )
 
     def _carried(
-        self, points: FloatArray, weights: FloatArray, bones: IntArray, avatar: Avatar, build: Build, transforms: FloatArray
+        self,
+        points: FloatArray,
+        weights: FloatArray,
+        bones: IntArray,
+        avatar: Avatar,
+        build: Build,
+        transforms: FloatArray,
     ) -> FloatArray:
         number = {name: index for index, name in enumerate(avatar.bone_names)}
         own = np.array([number[name] for name in self.bone_names])[bones]
         maps, moved = stretch(build, avatar)
         local = points[:, None] - self.heads[bones].astype(np.float64)
-        rest = np.einsum("vk,vki->vi", weights, np.einsum("vkij,vkj->vki", maps[own], local) + moved[own])
+        rest = np.einsum(
+            "vk,vki->vi", weights, np.einsum("vkij,vkj->vki", maps[own], local) + moved[own]
+        )
         at_rest = avatar.rest_transforms.astype(np.float64)
         at_rest[:, :3, 3] = moved
-        return linear_blend(rest, weights, own, transforms.astype(np.float64) @ np.linalg.inv(at_rest))
+        return linear_blend(
+            rest, weights, own, transforms.astype(np.float64) @ np.linalg.inv(at_rest)
+        )
 
 
 def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
-    """Fit the default body to an avatar's surface in A-pose (`a2v.body.fit_body`), and bind its outer skin to the avatar's rig.
+    """Fit the default body to an avatar's surface in A-pose (`a2v.body.fit_body`), and bind its
+    outer skin to the avatar's rig.
 
     Takes about a quarter of a minute with the default `settings` of the fit.
     """
@@ -97,18 +117,32 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
 
     pose = a_pose(arms=45.0)
     body = avatar_body(avatar, pose)
-    surface = Surface(vertices=body.vertices, faces=avatar.faces, colors=np.full((len(body.vertices), 3), 0.5, np.float32))
+    surface = Surface(
+        vertices=body.vertices,
+        faces=avatar.faces,
+        colors=np.full((len(body.vertices), 3), 0.5, np.float32),
+    )
     subject, camera = _subject(body.vertices, avatar, body.bone_transforms)
     fitted = fit_body(subject, surface=surface, camera=camera, settings=settings).body
     vertices, faces, parts = outer_skin(fitted)
-    skin = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full((len(vertices), 3), 0.5, np.float32))
+    skin = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=np.full((len(vertices), 3), 0.5, np.float32),
+    )
     bound = bind(skin, body, parts=parts)
-    moves = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    moves = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
+        body.rest_transforms.astype(np.float64)
+    )
     blended = np.einsum("vk,vkij->vij", bound.weights, moves[bound.bones])
     rest = np.linalg.solve(blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None])[..., 0]
     landmarks, carriers = _landmarks(fitted, avatar)
-    landmarks = np.einsum("kij,kj->ki", np.linalg.inv(moves[carriers]), np.c_[landmarks, np.ones(len(landmarks))])[:, :3]
-    used = np.array([index for index, name in enumerate(avatar.bone_names) if not name.endswith("_end")])
+    landmarks = np.einsum(
+        "kij,kj->ki", np.linalg.inv(moves[carriers]), np.c_[landmarks, np.ones(len(landmarks))]
+    )[:, :3]
+    used = np.array(
+        [index for index, name in enumerate(avatar.bone_names) if not name.endswith("_end")]
+    )
     place = np.full(len(avatar.bone_names), -1)
     place[used] = np.arange(len(used))
     bones = place[bound.bones]
@@ -135,7 +169,8 @@ CARRIERS = {
 
 
 def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
-    """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry them."""
+    """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry
+    them."""
     import torch
 
     from a2v.body import load_body_model
@@ -151,20 +186,40 @@ def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
     return points, np.array([avatar.bone_names.index(bone) for bone in bones])
 
 
-_KEYPOINTS = {"shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "knee": "Leg", "ankle": "Foot", "eye": "Eye"}
+_KEYPOINTS = {
+    "shoulder": "Arm",
+    "elbow": "ForeArm",
+    "wrist": "Hand",
+    "knee": "Leg",
+    "ankle": "Foot",
+    "eye": "Eye",
+}
 
 
-def _subject(vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size: int = 640) -> tuple[Subject, OrthographicCamera]:
-    """What perception would tell about an avatar seen from +z: its mask, and its joints as keypoints."""
+def _subject(
+    vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size: int = 640
+) -> tuple[Subject, OrthographicCamera]:
+    """What perception would tell about an avatar seen from +z: its mask, and its joints as
+    keypoints."""
     from a2v.kinematics.names import BLAZEPOSE
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     scale = 0.9 * size / float((high - low)[:2].max())
     middle = (low + high) / 2
-    camera = OrthographicCamera(scale=scale, center_u=size / 2 - scale * float(middle[0]), center_v=size / 2 + scale * float(middle[1]))
-    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(-1, 2)
+    camera = OrthographicCamera(
+        scale=scale,
+        center_u=size / 2 - scale * float(middle[0]),
+        center_v=size / 2 + scale * float(middle[1]),
+    )
+    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(
+        -1, 2
+    )
     origins = camera.unproject(pixels, float(high[2]) + 1)
-    mask = RayScene(vertices, avatar.faces).occluded(origins, np.array([0, 0, -1.0])).reshape(size, size)
+    mask = (
+        RayScene(vertices, avatar.faces)
+        .occluded(origins, np.array([0, 0, -1.0]))
+        .reshape(size, size)
+    )
     keypoints = np.zeros((len(BLAZEPOSE), 3), np.float32)
     places = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
     hips = transforms[avatar.bone_names.index("Hips"), :3, 3]
@@ -186,16 +241,20 @@ def _subject(vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size:
 
 
 def guide_key(avatar: str) -> str:
-    """Which guide an avatar has: its sex and outfit, ``F_Busi``, since a fit follows the silhouette, which is of clothes."""
+    """Which guide an avatar has: its sex and outfit, ``F_Busi``, since a fit follows the
+    silhouette, which is of clothes."""
     _, sex, _, outfit = avatar.rsplit("_", 3)
     return f"{sex}_{outfit}"
 
 
 def stack_guides(guides: Mapping[str, Guide]) -> dict[str, np.ndarray]:
-    """Arrays of one ``.npz`` for several guides (``F_Busi.vertices``...) and their common ``faces``."""
+    """Arrays of one ``.npz`` for several guides (``F_Busi.vertices``...) and their common
+    ``faces``."""
     arrays: dict[str, np.ndarray] = {}
     for key, guide in guides.items():
-        arrays |= {f"{key}.{name}": array for name, array in guide.to_arrays().items() if name != "faces"}
+        arrays |= {
+            f"{key}.{name}": array for name, array in guide.to_arrays().items() if name != "faces"
+        }
     first = next(iter(guides.values()))
     return {**arrays, "faces": first.faces, "parts": first.parts}
 
@@ -204,19 +263,26 @@ def unstack_guides(arrays: Mapping[str, np.ndarray]) -> dict[str, Guide]:
     """The inverse of `stack_guides`."""
     keys: Sequence[str] = sorted({name.split(".")[0] for name in arrays if "." in name})
     return {
-        key: Guide.from_arrays({"faces": arrays["faces"], **{n[len(key) + 1 :]: a for n, a in arrays.items() if n.startswith(f"{key}.")}})
+        key: Guide.from_arrays(
+            {
+                "faces": arrays["faces"],
+                **{n[len(key) + 1 :]: a for n, a in arrays.items() if n.startswith(f"{key}.")},
+            }
+        )
         for key in keys
     }
 
 
 def prepare_guides(paths: Sequence[Path], folder: Path) -> None:
-    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is there; it takes minutes."""
+    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is
+    there; it takes minutes."""
     if not (folder / "guide.npz").exists():
         write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
 
 
 def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:
-    """A guide for each sex and outfit, on the first avatar of the training split that has them (of any split where none has)."""
+    """A guide for each sex and outfit, on the first avatar of the training split that has them (of
+    any split where none has)."""
     chosen: dict[str, Path] = {}
     for path in sorted(paths, key=lambda path: (split_of(path.stem) != "training", path.name)):
         chosen.setdefault(guide_key(path.stem), path)

@@ -1,4 +1,5 @@
-"""What `a2v.body.fit_body` gets wrong with one photo: turned bones, a wrong girth, a shift, another metre."""
+"""What `a2v.body.fit_body` gets wrong with one photo: turned bones, a wrong girth, a shift, another
+metre."""
 
 from __future__ import annotations
 
@@ -18,20 +19,26 @@ from a2v.types import FloatArray
 class GuideErrors:
     """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
 
-    The defaults imitate what was measured on validation views (docs/research/studio.md). Turns are degrees.
+    The defaults imitate what was measured on validation views (docs/research/studio.md). Turns are
+    degrees.
 
     Attributes
     ----------
     depth_torso : float
-        Rotation of the bones of the torso about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+        Rotation of the bones of the torso about the axis in the image plane that is perpendicular
+        to the bone, which the photo hardly shows, degrees.
     depth_head : float
-        Rotation of the bones of the head about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+        Rotation of the bones of the head about the axis in the image plane that is perpendicular to
+        the bone, which the photo hardly shows, degrees.
     depth_arms : float
-        Rotation of the bones of the arms about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+        Rotation of the bones of the arms about the axis in the image plane that is perpendicular to
+        the bone, which the photo hardly shows, degrees.
     depth_hands : float
-        Rotation of the bones of the hands about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+        Rotation of the bones of the hands about the axis in the image plane that is perpendicular
+        to the bone, which the photo hardly shows, degrees.
     depth_legs : float
-        Rotation of the bones of the legs about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+        Rotation of the bones of the legs about the axis in the image plane that is perpendicular to
+        the bone, which the photo hardly shows, degrees.
     plane_torso : float
         Rotation of the torso in the image plane, degrees.
     plane_limbs : float
@@ -84,7 +91,9 @@ class GuideErrors:
 
     def __post_init__(self) -> None:
         if min(dataclasses.asdict(self).values()) < 0:
-            raise InputError("a guide's errors are standard deviations: expected numbers of at least 0")
+            raise InputError(
+                "a guide's errors are standard deviations: expected numbers of at least 0"
+            )
 
 
 _SEGMENTS = {
@@ -92,11 +101,19 @@ _SEGMENTS = {
     "Arm": ("arms", "ForeArm"), "ForeArm": ("arms", "Hand"), "Hand": ("hands", "HandMiddle1"),
     "UpLeg": ("legs", "Leg"), "Leg": ("legs", "Foot"), "Foot": ("legs", "ToeBase"),
 }  # fmt: skip
-"""Bones that err on their own (without their side), whose errors they have, and the bone at their other end."""
+"""Bones that err on their own (without their side), whose errors they have, and the bone at their
+other end."""
 
 
-def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: GuideErrors, generator: np.random.Generator) -> FloatArray:
-    """World-from-bone transforms (B, 4, 4) with the errors of a fit: every segment turns on its own, mostly in depth.
+def disturb(
+    avatar: Avatar,
+    transforms: FloatArray,
+    view: FloatArray,
+    errors: GuideErrors,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """World-from-bone transforms (B, 4, 4) with the errors of a fit: every segment turns on its
+    own, mostly in depth.
 
     Parameters
     ----------
@@ -116,7 +133,9 @@ def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: Gu
     right /= max(float(np.linalg.norm(right)), 1e-9)
     lean = _rotmat_of_degrees(errors.lean * _heavy(generator) * right)
     trunk = heads[number["Neck"]] - heads[number["Hips"]]
-    heading = _rotmat_of_degrees(errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9))
+    heading = _rotmat_of_degrees(
+        errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9)
+    )
     error = np.tile(np.eye(3), (len(rest), 1, 1))
     result = transforms.astype(np.float64)
     for bone, name in enumerate(avatar.bone_names):
@@ -126,8 +145,13 @@ def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: Gu
         if stem in _SEGMENTS:
             kind, end = _SEGMENTS[stem]
             along = heads[number[side + end]] - heads[bone]
-            # the head of the bone is wrong already by what its parents err: the keypoints pull its other end back
-            gap = np.zeros(3) if parent < 0 else _placed(result, error, posed_rotmat, rest, bone, parent) - heads[bone]
+            # the head of the bone is wrong already by what its parents err: the keypoints pull its
+            # other end back
+            gap = (
+                np.zeros(3)
+                if parent < 0
+                else _placed(result, error, posed_rotmat, rest, bone, parent) - heads[bone]
+            )
             own = lean @ _segment_error(along, gap, view, kind, errors, generator)
             # the keypoints hold the limbs where they are, whatever the trunk's heading
             error[bone] = own @ heading if kind in ("torso", "head") else own
@@ -140,34 +164,69 @@ def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: Gu
     return result
 
 
-def _placed(result: FloatArray, error: FloatArray, posed_rotmat: FloatArray, rest: FloatArray, bone: int, parent: int) -> FloatArray:
+def _placed(
+    result: FloatArray,
+    error: FloatArray,
+    posed_rotmat: FloatArray,
+    rest: FloatArray,
+    bone: int,
+    parent: int,
+) -> FloatArray:
     """Where the disturbed parent puts the head of a bone (3,)."""
-    return np.asarray(result[parent, :3, 3] + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3]))
+    return np.asarray(
+        result[parent, :3, 3]
+        + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3])
+    )
 
 
 def _segment_error(
-    along: FloatArray, gap: FloatArray, view: FloatArray, kind: str, errors: GuideErrors, generator: np.random.Generator
+    along: FloatArray,
+    gap: FloatArray,
+    view: FloatArray,
+    kind: str,
+    errors: GuideErrors,
+    generator: np.random.Generator,
 ) -> FloatArray:
-    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), metres, and whose head errs by `gap` (3,)."""
+    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), metres,
+    and whose head errs by `gap` (3,)."""
     length = max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(view, along)
     across /= max(float(np.linalg.norm(across)), 1e-9)
-    tilt = np.arcsin(np.clip(along @ view / length, -1, 1))  # out of the image plane, towards the camera
-    proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(getattr(errors, f"depth_{kind}"))
+    tilt = np.arcsin(
+        np.clip(along @ view / length, -1, 1)
+    )  # out of the image plane, towards the camera
+    proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(
+        getattr(errors, f"depth_{kind}")
+    )
     if kind in ("arms", "hands"):
-        proposed -= np.radians(errors.arms_forward)  # a positive turn about `across` leads away from the camera
+        proposed -= np.radians(
+            errors.arms_forward
+        )  # a positive turn about `across` leads away from the camera
     change = length * (np.abs(np.cos(tilt - proposed)) - np.cos(tilt))
     likely = np.exp(-0.5 * np.square(change / max(errors.looks, 1e-9))) + 1e-9
     depth = generator.choice(proposed, p=likely / likely.sum())
-    plane = errors.plane_hands if kind == "hands" else errors.plane_torso if kind == "torso" else errors.plane_limbs
-    correction = -0.8 * np.degrees(gap @ across / max(length * np.cos(tilt), 0.05)) if errors.looks > 0 else 0.0
+    plane = (
+        errors.plane_hands
+        if kind == "hands"
+        else errors.plane_torso
+        if kind == "torso"
+        else errors.plane_limbs
+    )
+    correction = (
+        -0.8 * np.degrees(gap @ across / max(length * np.cos(tilt), 0.05))
+        if errors.looks > 0
+        else 0.0
+    )
     beside = plane * _heavy(generator) + np.clip(correction, -8, 8)
     twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy(generator)
-    return _rotmat_of_degrees(np.degrees(depth) * across + beside * view) @ _rotmat_of_degrees(twist * along / length)
+    return _rotmat_of_degrees(np.degrees(depth) * across + beside * view) @ _rotmat_of_degrees(
+        twist * along / length
+    )
 
 
 def _heavy(generator: np.random.Generator) -> float:
-    """A number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5 degrees of freedom), within 3.5."""
+    """A number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5 degrees
+    of freedom), within 3.5."""
     return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))
 
 
@@ -178,7 +237,13 @@ def _rotmat_of_degrees(rotvec: FloatArray) -> FloatArray:
 
 def girth_errors(errors: GuideErrors, generator: np.random.Generator) -> dict[str, float]:
     """Factors of the guide's girth by segment: a common error and one of each segment."""
-    names = sorted({segment_of(f"Left{bone}") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")} | {"torso", "neck", "head"})
+    names = sorted(
+        {segment_of(f"Left{bone}") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")}
+        | {"torso", "neck", "head"}
+    )
     half = errors.girth / np.sqrt(2)
     common = half * generator.standard_normal()
-    return {name: float(1 + np.clip(common + half * generator.standard_normal(), -0.2, 0.2)) for name in names}
+    return {
+        name: float(1 + np.clip(common + half * generator.standard_normal(), -0.2, 0.2))
+        for name in names
+    }

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 
 def keep_index(
-    folder: str | os.PathLike[str], settings: DataclassInstance, version: int, *, older: Mapping[str, Any] | None = None
+    folder: str | os.PathLike[str],
+    settings: DataclassInstance,
+    version: int,
+    *,
+    older: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a folder's index, or check that the same settings made it.
 
@@ -41,11 +45,20 @@ def keep_index(
     plain = json.loads(json.dumps(dataclasses.asdict(settings)))
     if not path.exists():
         with atomic_path(path) as temporary:
-            temporary.write_text(json.dumps({"version": version, "a2v": __version__, "settings": plain}, indent=1), encoding="utf-8")
+            temporary.write_text(
+                json.dumps({"version": version, "a2v": __version__, "settings": plain}, indent=1),
+                encoding="utf-8",
+            )
         return
     found = parse_json(read_bytes(path, limit=1 << 24), path, "the index.json of a folder of views")
     if not isinstance(found, dict):
         raise InputError(f"{path} holds no JSON object; give a folder of views")
     made = found.get("settings")
-    if found.get("version") != version or not isinstance(made, dict) or {**(older or {}), **made} != plain:
-        raise InputError(f"{folder} was made by other settings or another version (see its index.json); choose another folder")
+    if (
+        found.get("version") != version
+        or not isinstance(made, dict)
+        or {**(older or {}), **made} != plain
+    ):
+        raise InputError(
+            f"{folder} was made by other settings or another version (see its index.json); choose another folder"
+        )

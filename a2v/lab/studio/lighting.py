@@ -1,4 +1,5 @@
-"""Light, backgrounds and the sensor of the fast studio: everything between a hit of a ray and a JPEG."""
+"""Light, backgrounds and the sensor of the fast studio: everything between a hit of a ray and a
+JPEG."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ class Lamp:
 class Light:
     """Light of one photograph: an environment of first order, and distant lights.
 
-    The radiance of the environment from direction w is ``ambient + gradient . w`` (per channel, never negative).
+    The radiance of the environment from direction w is ``ambient + gradient . w`` (per channel,
+    never negative).
 
     Attributes
     ----------
@@ -62,21 +64,45 @@ class Light:
         gradient = slopes[:, None] * ambient * np.stack([_tint(generator, 0.08) for _ in range(3)])
         lamps: list[Lamp] = []
         for index in range(int(generator.integers(1, 4))):
-            azimuth = generator.uniform(-85, 85) if generator.random() < 0.85 else generator.uniform(95, 265)
+            azimuth = (
+                generator.uniform(-85, 85)
+                if generator.random() < 0.85
+                else generator.uniform(95, 265)
+            )
             elevation = np.radians(generator.uniform(8, 75))
             azimuth = np.radians(azimuth)
-            direction = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
+            direction = np.array(
+                [
+                    np.cos(elevation) * np.sin(azimuth),
+                    np.sin(elevation),
+                    np.cos(elevation) * np.cos(azimuth),
+                ]
+            )
             strength = generator.uniform(0.15, 1.5) * (1.0 if index == 0 else 0.5)
-            lamps.append(Lamp(direction, strength * _tint(generator, 0.1), float(np.radians(generator.uniform(1.5, 14)))))
-        return cls(ambient, gradient, tuple(lamps), float(generator.choice([0.0, generator.uniform(0.0, 0.12)])))
+            lamps.append(
+                Lamp(
+                    direction,
+                    strength * _tint(generator, 0.1),
+                    float(np.radians(generator.uniform(1.5, 14))),
+                )
+            )
+        return cls(
+            ambient,
+            gradient,
+            tuple(lamps),
+            float(generator.choice([0.0, generator.uniform(0.0, 0.12)])),
+        )
 
     def environment(self, directions: FloatArray) -> FloatArray:
         """Radiance (n, 3) from directions (n, 3)."""
         return np.asarray(np.maximum(self.ambient + directions @ self.gradient, 0))
 
     def ambient_irradiance(self, normals: FloatArray) -> FloatArray:
-        """Irradiance over pi (n, 3) that the whole environment gives surfaces with these normals (n, 3)."""
-        return np.asarray(np.maximum(self.ambient + (2 / 3) * (normals @ self.gradient), 0.02 * self.ambient))
+        """Irradiance over pi (n, 3) that the whole environment gives surfaces with these normals
+        (n, 3)."""
+        return np.asarray(
+            np.maximum(self.ambient + (2 / 3) * (normals @ self.gradient), 0.02 * self.ambient)
+        )
 
 
 def _tint(generator: np.random.Generator, spread: float) -> FloatArray:
@@ -111,7 +137,8 @@ def cast_shadows(
     rays: int = 6,
     lamp_rays: int = 3,
 ) -> Shadows:
-    """Ambient occlusion and soft shadows at points (n, 3) with unit normals, by a few random rays each (noisy: smooth it in the image)."""
+    """Ambient occlusion and soft shadows at points (n, 3) with unit normals, by a few random rays
+    each (noisy: smooth it in the image)."""
     start = points + 2e-3 * normals
     reach, free = np.zeros(len(points)), np.zeros(len(points))
     for _ in range(rays):
@@ -128,7 +155,9 @@ def cast_shadows(
             direction /= np.linalg.norm(direction, axis=1, keepdims=True)
             lit[facing] += ~scene.occluded(start[facing], direction)
         lamps.append(lit / lamp_rays)
-    return Shadows((free / np.maximum(reach, 1e-9)).astype(np.float32), np.asarray(lamps, np.float32))
+    return Shadows(
+        (free / np.maximum(reach, 1e-9)).astype(np.float32), np.asarray(lamps, np.float32)
+    )
 
 
 def irradiance(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArray:
@@ -146,12 +175,15 @@ def highlights(light: Light, normals: FloatArray, shadows: Shadows) -> FloatArra
         for lamp, reach in zip(light.lamps, shadows.lamps, strict=True):
             half = lamp.direction + np.array([0.0, 0.0, 1.0])
             half = half / max(float(np.linalg.norm(half)), 1e-9)
-            total += (light.gloss * 4 * np.maximum(normals @ half, 0) ** 24 * reach)[:, None] * lamp.color
+            total += (light.gloss * 4 * np.maximum(normals @ half, 0) ** 24 * reach)[
+                :, None
+            ] * lamp.color
     return total
 
 
 def background(size: int, feet: float, generator: np.random.Generator) -> FloatArray:
-    """A background, linear light (size, size, 3): wall and floor, gradients, textures of several scales, blurred things.
+    """A background, linear light (size, size, 3): wall and floor, gradients, textures of several
+    scales, blurred things.
 
     Parameters
     ----------
@@ -162,26 +194,38 @@ def background(size: int, feet: float, generator: np.random.Generator) -> FloatA
 
     small = size // 2
     image = np.empty((small, small, 3), np.float32)
-    corners = srgb_to_linear(np.clip(_color(generator) + generator.normal(0, 0.07, (2, 2, 3)), 0.02, 1)).astype(np.float32)
+    corners = srgb_to_linear(
+        np.clip(_color(generator) + generator.normal(0, 0.07, (2, 2, 3)), 0.02, 1)
+    ).astype(np.float32)
     image[:] = cv2.resize(corners, (small, small), interpolation=cv2.INTER_LINEAR)
     line = None
     if generator.random() < 0.65:
         line = int(np.clip(feet / 2 - generator.uniform(0.02, 0.4) * small, 0, small - 1))
-        floor = srgb_to_linear(np.clip(_color(generator) + generator.normal(0, 0.05, (2, 2, 3)), 0.02, 1)).astype(np.float32)
+        floor = srgb_to_linear(
+            np.clip(_color(generator) + generator.normal(0, 0.05, (2, 2, 3)), 0.02, 1)
+        ).astype(np.float32)
         image[line:] = cv2.resize(floor, (small, small - line), interpolation=cv2.INTER_LINEAR)
     for _ in range(int(generator.integers(0, 14))):
         color = srgb_to_linear(_color(generator)).tolist()
         center, extent = generator.uniform(0, small, 2), generator.uniform(0.02, 0.3, 2) * small
-        box = (center, 2 * extent, float(generator.uniform(-20, 20) if generator.random() < 0.4 else 0))
+        box = (
+            center,
+            2 * extent,
+            float(generator.uniform(-20, 20) if generator.random() < 0.4 else 0),
+        )
         if generator.random() < 0.6:
             cv2.fillConvexPoly(image, cv2.boxPoints(box).astype(np.int32), color)
         else:
             cv2.ellipse(image, box, color, -1)
-    image = cv2.GaussianBlur(image, (0, 0), float(generator.uniform(0.7, 14) if generator.random() < 0.6 else 0.6))
+    image = cv2.GaussianBlur(
+        image, (0, 0), float(generator.uniform(0.7, 14) if generator.random() < 0.6 else 0.6)
+    )
     texture = np.zeros((small, small), np.float32)
     for cells in (6, 24, 96, small):
         coarse = generator.standard_normal((cells, cells)).astype(np.float32)
-        texture += generator.uniform(0, 0.14) * cv2.resize(coarse, (small, small), interpolation=cv2.INTER_CUBIC)
+        texture += generator.uniform(0, 0.14) * cv2.resize(
+            coarse, (small, small), interpolation=cv2.INTER_CUBIC
+        )
     image *= np.exp(generator.uniform(0, 1) * texture)[..., None]
     if line is not None:  # the person darkens the floor
         shade = np.zeros((small, small), np.float32)
@@ -198,21 +242,32 @@ def _color(generator: np.random.Generator) -> FloatArray:
     import colorsys
 
     muted = generator.random() < 0.75
-    return np.array(colorsys.hsv_to_rgb(generator.random(), generator.uniform(0, 0.35 if muted else 0.9), generator.uniform(0.1, 0.98)))
+    return np.array(
+        colorsys.hsv_to_rgb(
+            generator.random(),
+            generator.uniform(0, 0.35 if muted else 0.9),
+            generator.uniform(0.1, 0.98),
+        )
+    )
 
 
 @lru_cache(maxsize=1)
 def _tone_curve() -> FloatArray:
-    """sRGB in [0, 1] of linear light in steps of 1/2048, up to 4: highlights are rolled off instead of clipped."""
+    """sRGB in [0, 1] of linear light in steps of 1/2048, up to 4: highlights are rolled off instead
+    of clipped."""
     light = (np.arange(8192) + 0.5) / 2048
     start, room = 0.75, 0.25
-    return linear_to_srgb(np.where(light > start, start + room * (1 - np.exp(-(light - start) / room)), light))
+    return linear_to_srgb(
+        np.where(light > start, start + room * (1 - np.exp(-(light - start) / room)), light)
+    )
 
 
 def develop(linear: FloatArray, generator: np.random.Generator) -> tuple[ByteArray, int]:
-    """What a camera makes of light (H, W, 3): sRGB (H, W, 3) uint8, and the quality with which to save it as JPEG.
+    """What a camera makes of light (H, W, 3): sRGB (H, W, 3) uint8, and the quality with which to
+    save it as JPEG.
 
-    Blur of lens or size, vignette, a shoulder instead of clipped highlights, noise that grows with the light.
+    Blur of lens or size, vignette, a shoulder instead of clipped highlights, noise that grows with
+    the light.
     """
     import cv2
 
@@ -220,14 +275,18 @@ def develop(linear: FloatArray, generator: np.random.Generator) -> tuple[ByteArr
     image = linear.astype(np.float32)
     if generator.random() < 0.25:  # a small picture, enlarged
         share = generator.uniform(0.4, 0.9)
-        image = cv2.resize(image, (round(share * width), round(share * height)), interpolation=cv2.INTER_AREA)
+        image = cv2.resize(
+            image, (round(share * width), round(share * height)), interpolation=cv2.INTER_AREA
+        )
         image = cv2.resize(image, (width, height), interpolation=cv2.INTER_CUBIC)
     else:
         image = cv2.GaussianBlur(image, (0, 0), float(generator.uniform(0.3, 1.0)))
     if generator.random() < 0.4:
         at = ((np.arange(width) + 0.5) / width * 2 - 1).astype(np.float32)
         down = ((np.arange(height) + 0.5) / height * 2 - 1).astype(np.float32)
-        image = image * (1 - generator.uniform(0, 0.25) * (at[None, :, None] ** 2 + down[:, None, None] ** 2) / 2)
+        image = image * (
+            1 - generator.uniform(0, 0.25) * (at[None, :, None] ** 2 + down[:, None, None] ** 2) / 2
+        )
     encoded = _tone_curve()[np.clip(image * 2048, 0, 8191).astype(np.uint16)]
     noise = np.empty(encoded.shape, np.float32)
     cv2.setRNGSeed(int(generator.integers(2**31)))

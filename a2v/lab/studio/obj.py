@@ -41,7 +41,8 @@ class ObjMesh:
 
 
 def parse_obj(text: str, source: str) -> ObjMesh:
-    """Triangles of an OBJ with texture coordinates; polygons become fans, normals and groups are passed over.
+    """Triangles of an OBJ with texture coordinates; polygons become fans, normals and groups are
+    passed over.
 
     Vertices may be missing (`ObjMesh.count` 0), for files that tell texture coordinates alone.
 
@@ -54,7 +55,8 @@ def parse_obj(text: str, source: str) -> ObjMesh:
     Raises
     ------
     InputError
-        No faces, faces without texture coordinates, indices beyond what there is, no numbers where there should be, or too many.
+        No faces, faces without texture coordinates, indices beyond what there is, no numbers where
+        there should be, or too many.
     """
     count, coordinates, faces, corners = 0, [], [], []
     for line in text.splitlines():
@@ -75,9 +77,20 @@ def parse_obj(text: str, source: str) -> ObjMesh:
             raise InputError(f"{source} has more than {MOST} vertices or faces")
     if not faces:
         raise InputError(f"{source} has no faces")
-    face, corner, uv = np.array(faces) - 1, np.array(corners) - 1, np.array(coordinates).reshape(-1, 2)
-    if face.min() < 0 or (count and face.max() >= count) or corner.min() < 0 or corner.max() >= len(uv):
-        raise InputError(f"{source} has faces beyond its {count} vertices and {len(uv)} texture coordinates")
+    face, corner, uv = (
+        np.array(faces) - 1,
+        np.array(corners) - 1,
+        np.array(coordinates).reshape(-1, 2),
+    )
+    if (
+        face.min() < 0
+        or (count and face.max() >= count)
+        or corner.min() < 0
+        or corner.max() >= len(uv)
+    ):
+        raise InputError(
+            f"{source} has faces beyond its {count} vertices and {len(uv)} texture coordinates"
+        )
     return ObjMesh(count, face, corner, uv)
 
 
@@ -87,7 +100,9 @@ def _coordinate(words: list[str], source: str) -> tuple[float, float]:
     except ValueError:
         u = v = np.nan
     if not (np.isfinite(u) and np.isfinite(v)):
-        raise InputError(f"{source} has a texture coordinate '{' '.join(words)}'; expected two numbers")
+        raise InputError(
+            f"{source} has a texture coordinate '{' '.join(words)}'; expected two numbers"
+        )
     return u, v
 
 

@@ -1,7 +1,9 @@
-"""Ordinary poses of people who are photographed: hands touch the body, legs touch each other, hands hold a phone or a bag.
+"""Ordinary poses of people who are photographed: hands touch the body, legs touch each other, hands
+hold a phone or a bag.
 
-They are composed by rule for one avatar, whose hands must reach its own body; nothing learns from them, and a benchmark photographs them
-(`a2v evaluate moved`). A pose is what `a2v.studio.posing` says: rotation vectors by bone, in the world's axes of the T-pose.
+They are composed by rule for one avatar, whose hands must reach its own body; nothing learns from
+them, and a benchmark photographs them (`a2v evaluate moved`). A pose is what `a2v.studio.posing`
+says: rotation vectors by bone, in the world's axes of the T-pose.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from a2v.lab.studio.things.held import Held, held_of
 from a2v.types import FloatArray
 
 NOISE = 0.35
-"""Share of the usual noise on the joints (`joint_noise`): with more of it hands would leave what they touch."""
+"""Share of the usual noise on the joints (`joint_noise`): with more of it hands would leave what
+they touch."""
 _YAW = 14.0
 """Standard deviation of the turn about the vertical in which people are photographed, degrees."""
 _COLLAR = -0.12
@@ -34,13 +37,15 @@ Drawn = tuple[Pose, float, Held | None]
 
 
 def draw_ordinary(name: str, avatar: Avatar, generator: np.random.Generator) -> Drawn:
-    """A pose of the class `name`, one of `ORDINARY`, for an avatar, the turn in which it is photographed, and what is in the hands."""
+    """A pose of the class `name`, one of `ORDINARY`, for an avatar, the turn in which it is
+    photographed, and what is in the hands."""
     pose, yaw, held = ORDINARY[name](avatar, generator)
     return joint_noise(pose, generator, NOISE) | (held.pose if held else {}), yaw, held
 
 
 def arm_reaching(avatar: Avatar, side: str, target: FloatArray, elbow: FloatArray) -> Pose:
-    """Rotations that put the wrist of the `side`'s arm at a point, by the triangle of upper arm and forearm.
+    """Rotations that put the wrist of the `side`'s arm at a point, by the triangle of upper arm and
+    forearm.
 
     Parameters
     ----------
@@ -48,11 +53,14 @@ def arm_reaching(avatar: Avatar, side: str, target: FloatArray, elbow: FloatArra
     side : str
         "Left" or "Right".
     target : (3,)
-        Where the wrist goes, metres, in the world of the T-pose; it moves with the chest. What is too far away is pointed at.
+        Where the wrist goes, metres, in the world of the T-pose; it moves with the chest. What is
+        too far away is pointed at.
     elbow : (3,)
         The direction in which the elbow lies from the line between shoulder and wrist.
     """
-    collar, shoulder, fore, hand = (_head(avatar, side + bone) for bone in ("Shoulder", "Arm", "ForeArm", "Hand"))
+    collar, shoulder, fore, hand = (
+        _head(avatar, side + bone) for bone in ("Shoulder", "Arm", "ForeArm", "Hand")
+    )
     sign = dict(SIDES)[side]
     lift = sign * _COLLAR
     turn = np.array([[np.cos(lift), -np.sin(lift), 0], [np.sin(lift), np.cos(lift), 0], [0, 0, 1]])
@@ -100,9 +108,13 @@ def _yaw(generator: np.random.Generator) -> float:
 
 def _hanging(generator: np.random.Generator, side: str, sign: float) -> Pose:
     """An arm that hangs and touches the thigh."""
-    out, ahead, bend = np.radians([generator.uniform(6, 13), generator.normal(2, 5), generator.uniform(4, 16)])
+    out, ahead, bend = np.radians(
+        [generator.uniform(6, 13), generator.normal(2, 5), generator.uniform(4, 16)]
+    )
     upper = np.array([sign * np.sin(out), -np.cos(out), np.sin(ahead)])
-    return arm_towards(side, sign, upper, upper + np.array([-sign * 0.5 * np.sin(out), 0, np.tan(bend)]))
+    return arm_towards(
+        side, sign, upper, upper + np.array([-sign * 0.5 * np.sin(out), 0, np.tan(bend)])
+    )
 
 
 def _standing(generator: np.random.Generator) -> Pose:
@@ -123,7 +135,9 @@ def _hips(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     height = float(_head(avatar, "Hips")[1]) + generator.uniform(0.02, 0.09)
     for side, sign in SIDES:
         if both or side == first:
-            target = np.array([sign * (_flank(avatar, height) + 0.02), height, generator.uniform(-0.02, 0.05)])
+            target = np.array(
+                [sign * (_flank(avatar, height) + 0.02), height, generator.uniform(-0.02, 0.05)]
+            )
             pose |= arm_reaching(avatar, side, target, np.array([sign, 0.0, -0.4]))
     return pose, _yaw(generator), None
 
@@ -132,23 +146,39 @@ def _crossed(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     pose, (over, _) = _standing(generator), _side(generator)
     shoulder, hips = float(_head(avatar, "LeftArm")[1]), float(_head(avatar, "Hips")[1])
     for side, sign in SIDES:
-        height = shoulder - generator.uniform(0.4, 0.5) * (shoulder - hips) + (0.03 if side == over else -0.03)
+        height = (
+            shoulder
+            - generator.uniform(0.4, 0.5) * (shoulder - hips)
+            + (0.03 if side == over else -0.03)
+        )
         x = -sign * generator.uniform(0.06, 0.1)
         deep = _front(avatar, x, height) + (0.085 if side == over else 0.035)
-        pose |= arm_reaching(avatar, side, np.array([x, height, deep]), np.array([0.7 * sign, -1.0, 0.3]))
+        pose |= arm_reaching(
+            avatar, side, np.array([x, height, deep]), np.array([0.7 * sign, -1.0, 0.3])
+        )
     return pose, _yaw(generator), None
 
 
 def _face(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     pose, (side, sign) = _standing(generator), _side(generator)
     head, place = _head(avatar, "Head"), str(generator.choice(["chin", "cheek", "hair"]))
-    reach = 0.9 * float(np.linalg.norm(_head(avatar, f"{side}HandMiddle1") - _head(avatar, f"{side}Hand")))
+    reach = 0.9 * float(
+        np.linalg.norm(_head(avatar, f"{side}HandMiddle1") - _head(avatar, f"{side}Hand"))
+    )
     across, up = {"chin": (0.03, 0.02), "cheek": (0.07, 0.07), "hair": (0.1, 0.17)}[place]
     height = float(head[1]) + up
     target = np.array(
-        [sign * across, height - reach, _front(avatar, sign * min(across, 0.06), height) + (0.0 if place == "hair" else 0.03)]
+        [
+            sign * across,
+            height - reach,
+            _front(avatar, sign * min(across, 0.06), height) + (0.0 if place == "hair" else 0.03),
+        ]
     )
-    return pose | arm_reaching(avatar, side, target, np.array([0.8 * sign, -1.0, 0.2])), _yaw(generator), None
+    return (
+        pose | arm_reaching(avatar, side, target, np.array([0.8 * sign, -1.0, 0.2])),
+        _yaw(generator),
+        None,
+    )
 
 
 def _pockets(avatar: Avatar, generator: np.random.Generator) -> Drawn:
@@ -163,7 +193,8 @@ def _pockets(avatar: Avatar, generator: np.random.Generator) -> Drawn:
 
 
 def _leg_across(avatar: Avatar, side: str, x: float, ahead: float) -> Pose:
-    """A straight leg whose ankle comes to the column `x`, metres, `ahead` degrees to the front; the sole stays level."""
+    """A straight leg whose ankle comes to the column `x`, metres, `ahead` degrees to the front; the
+    sole stays level."""
     sign = dict(SIDES)[side]
     hip, ankle = _head(avatar, f"{side}UpLeg"), _head(avatar, f"{side}Foot")
     tall = float(hip[1] - ankle[1])
@@ -185,7 +216,9 @@ def _feet_together(avatar: Avatar, generator: np.random.Generator) -> Drawn:
 def _feet_crossed(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     pose, (before, sign) = _standing(generator) | {"Hips": np.zeros(3)}, _side(generator)
     behind = "Right" if before == "Left" else "Left"
-    pose |= _leg_across(avatar, before, -sign * generator.uniform(0.03, 0.08), float(generator.uniform(6, 10)))
+    pose |= _leg_across(
+        avatar, before, -sign * generator.uniform(0.03, 0.08), float(generator.uniform(6, 10))
+    )
     pose |= _leg_across(avatar, behind, sign * 0.01, float(generator.uniform(-4, 0)))
     return pose, _yaw(generator), None
 
@@ -195,9 +228,15 @@ def _phone(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     side = next(iter(held.things))
     sign, shoulder = dict(SIDES)[side], float(_head(avatar, f"{side}Arm")[1])
     height = shoulder - generator.uniform(0.1, 0.3)
-    target = np.array([sign * 0.08, height, _front(avatar, sign * 0.08, height) + generator.uniform(0.12, 0.25)])
+    target = np.array(
+        [sign * 0.08, height, _front(avatar, sign * 0.08, height) + generator.uniform(0.12, 0.25)]
+    )
     pose |= arm_reaching(avatar, side, target, np.array([0.6 * sign, -1.0, -0.2]))
-    fingers = {name: turn for name, turn in held.pose.items() if "Hand" in name and not name.endswith("Hand")}
+    fingers = {
+        name: turn
+        for name, turn in held.pose.items()
+        if "Hand" in name and not name.endswith("Hand")
+    }
     return pose, _yaw(generator), Held(held.kind, held.things, fingers, held.hangs)
 
 
@@ -210,7 +249,9 @@ def _walk(avatar: Avatar, generator: np.random.Generator) -> Drawn:
     for side, sign in SIDES:
         ahead = side == front
         thigh, knee = (
-            (generator.uniform(18, 30), generator.uniform(5, 15)) if ahead else (-generator.uniform(12, 22), generator.uniform(8, 40))
+            (generator.uniform(18, 30), generator.uniform(5, 15))
+            if ahead
+            else (-generator.uniform(12, 22), generator.uniform(8, 40))
         )
         bend = np.radians([thigh, knee])
         pose |= {
@@ -220,7 +261,9 @@ def _walk(avatar: Avatar, generator: np.random.Generator) -> Drawn:
         }
         swing = np.radians(-generator.uniform(12, 25) if ahead else generator.uniform(12, 25))
         upper = np.array([sign * 0.15, -np.cos(swing), np.sin(swing)])
-        pose |= arm_towards(side, sign, upper, upper + np.array([0.0, 0.0, generator.uniform(0.1, 0.4)]))
+        pose |= arm_towards(
+            side, sign, upper, upper + np.array([0.0, 0.0, generator.uniform(0.1, 0.4)])
+        )
     return pose, float(generator.uniform(-50, 50)), None
 
 

@@ -10,7 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.geometry.rays import Hits, RayScene, SideView, facing, pixel_rays, scattered
-from a2v.lab.studio.lighting import Light, Shadows, background, cast_shadows, develop, highlights, irradiance
+from a2v.lab.studio.lighting import (
+    Light,
+    Shadows,
+    background,
+    cast_shadows,
+    develop,
+    highlights,
+    irradiance,
+)
 from a2v.lab.studio.stand import Sitting
 from a2v.lab.studio.texture import sample_bilinear, texture_at
 from a2v.lab.studio.view import MAP_SIZE, PHOTO_SIZE
@@ -53,9 +61,11 @@ class Lit:
     ----------
     light : Light
     shadows : (S, S, 1 + lamps) float32
-        Shares of the environment's and of each lamp's light that reach what each pixel of the film's map of shadows sees, smoothed.
+        Shares of the environment's and of each lamp's light that reach what each pixel of the
+        film's map of shadows sees, smoothed.
     gain : (3,) float
-        Linear RGB: the irradiance over pi, mean over the person and things, after exposure and white balance.
+        Linear RGB: the irradiance over pi, mean over the person and things, after exposure and
+        white balance.
     """
 
     light: Light
@@ -78,7 +88,8 @@ class Photograph:
     things : (H, H) uint8
         Where it shows something that is no background and not the person, as `mask`.
     gain : (3,) float
-        Linear RGB: the irradiance over pi in the photo's numbers, mean over what it shows of the person.
+        Linear RGB: the irradiance over pi in the photo's numbers, mean over what it shows of the
+        person.
     """
 
     image: ByteArray
@@ -88,7 +99,13 @@ class Photograph:
     gain: FloatArray
 
 
-def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.random.Generator, film: Film = FILM) -> Lit:
+def light_scene(
+    rays: RayScene,
+    scene: Sitting,
+    fore: SideView,
+    generator: np.random.Generator,
+    film: Film = FILM,
+) -> Lit:
     """Draw a light, and expose for it.
 
     Parameters
@@ -109,7 +126,9 @@ def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.ra
     pixels = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)[hit]
     points = np.asarray(scene.camera.unproject(pixels, fore.depth.ravel()[hit]), np.float32)
     normals = fore.normals.reshape(-1, 3)[hit]
-    found = cast_shadows(rays, points, normals, light, generator, rays=film.rays, lamp_rays=film.lamp_rays)
+    found = cast_shadows(
+        rays, points, normals, light, generator, rays=film.rays, lamp_rays=film.lamp_rays
+    )
     shares = np.zeros((side * side, 1 + len(light.lamps)), np.float32)
     shares[hit, 0] = found.ambient
     shares[hit, 1:] = found.lamps.T
@@ -170,10 +189,14 @@ def photograph_scene(
     whole[layer.rows, layer.columns], own[layer.rows, layer.columns] = layer.coverage, layer.own
     if before is not None:
         cover = before[..., 3]
-        picture = picture + cover[..., None] * (before[..., :3] * (lit.gain / lit.gain.mean()) - picture)
+        picture = picture + cover[..., None] * (
+            before[..., :3] * (lit.gain / lit.gain.mean()) - picture
+        )
         whole, own = np.maximum(whole, cover), own * (1 - cover)
     image, quality = develop(picture, generator)
-    mask, things = (np.rint(255 * share).astype(np.uint8) for share in (own, np.maximum(whole - own, 0)))
+    mask, things = (
+        np.rint(255 * share).astype(np.uint8) for share in (own, np.maximum(whole - own, 0))
+    )
     return Photograph(image, mask, quality, things, layer.gain)
 
 
@@ -181,8 +204,9 @@ def photograph_scene(
 class _Layer:
     """What the camera sees of a scene in a window of the photo.
 
-    `rows` and `columns` are the window's; color (h, w, 3) is linear light; coverage and own (h, w) say how much of a pixel the scene
-    covers, and how much of it the person does; feet is the row of the person's lowest point, pixels; gain (3,) is `Photograph.gain`.
+    `rows` and `columns` are the window's; color (h, w, 3) is linear light; coverage and own (h, w)
+    say how much of a pixel the scene covers, and how much of it the person does; feet is the row of
+    the person's lowest point, pixels; gain (3,) is `Photograph.gain`.
     """
 
     rows: slice
@@ -201,7 +225,10 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     surface, camera, size = scene.surface, scene.camera, film.size
     far = float(surface.vertices[:, 2].max()) + 1
     corner = camera.project(surface.vertices)
-    low, high = np.floor(corner.min(axis=0)).astype(int) - 2, np.ceil(corner.max(axis=0)).astype(int) + 2
+    low, high = (
+        np.floor(corner.min(axis=0)).astype(int) - 2,
+        np.ceil(corner.max(axis=0)).astype(int) + 2,
+    )
     low, high = np.clip(low, 0, size), np.clip(high, 0, size)
     columns, rows = np.arange(low[0], high[0]), np.arange(low[1], high[1])
     pixels = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
@@ -209,21 +236,34 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     shape = (len(rows), len(columns))
     # rays are needed only close to what the maps show
     step = size // film.shadows
-    near = cv2.dilate(fore.hits.hit.reshape(film.shadows, film.shadows).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    near = (
+        cv2.dilate(
+            fore.hits.hit.reshape(film.shadows, film.shadows).astype(np.uint8),
+            np.ones((5, 5), np.uint8),
+        )
+        > 0
+    )
     index = np.flatnonzero(near[rows[:, None] // step, columns[None] // step].ravel())
     first = scattered(rays.cast(pixel_rays(camera, pixels[index], far), down), index, len(pixels))
-    # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is `gain`
+    # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is
+    # `gain`
     seen = _shade(scene, lit, first, pixels, film)
     factor = lit.gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
     person = scene.is_person(first.face[first.hit])
-    gain = factor * seen.irradiance[person].mean(axis=0) if person.any() and not person.all() else lit.gain
+    gain = (
+        factor * seen.irradiance[person].mean(axis=0)
+        if person.any() and not person.all()
+        else lit.gain
+    )
     color = np.zeros((len(pixels), 3), np.float32)
     color[first.hit] = seen.color * factor
     coverage = first.hit.astype(np.float32)
     own = (first.hit & scene.is_person(first.face)).astype(np.float32)
     # pixels at the silhouette and at jumps of depth are averages of four rays
     depth = np.where(first.hit, first.distance, far + 9).reshape(shape).astype(np.float32)
-    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02 * (PHOTO_SIZE / size)
+    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02 * (
+        PHOTO_SIZE / size
+    )
     edge = np.flatnonzero(jump.ravel())
     offsets = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
     fine_pixels = (pixels[edge][:, None] + offsets).reshape(-1, 2)
@@ -263,4 +303,6 @@ def _shade(scene: Sitting, lit: Lit, hits: Hits, pixels: FloatArray, film: Film)
     reach = Shadows(found[:, 0], found[:, 1:].T)
     light_on = irradiance(lit.light, normals, reach)
     albedo = texture_at(surface, hits.face[hits.hit], hits.barycentric[hits.hit])
-    return _Shaded((albedo * light_on + highlights(lit.light, normals, reach)).astype(np.float32), light_on)
+    return _Shaded(
+        (albedo * light_on + highlights(lit.light, normals, reach)).astype(np.float32), light_on
+    )

@@ -1,4 +1,5 @@
-"""Portraits: pictures of 3D people that pass for photographs, with the truth beside them, path traced in seconds.
+"""Portraits: pictures of 3D people that pass for photographs, with the truth beside them, path
+traced in seconds.
 
 `a2v.lab.studio.photograph` has the fast ones, which networks are trained on.
 """
@@ -34,8 +35,8 @@ class PortraitSettings(Record):
     spp : int
         Samples a pixel before denoising.
     distance, height, yaw : float
-        Where the camera stands: distance from the person, height over the floor, turned about the person (positive:
-        towards the person's left).
+        Where the camera stands: distance from the person, height over the floor, turned about the
+        person (positive: towards the person's left).
     fill_frame : float
         The person's height as a fraction of the picture's.
     key_direction : tuple of 3 float
@@ -84,8 +85,15 @@ class PortraitSettings(Record):
     threads: int = 0
 
     def __post_init__(self) -> None:
-        if not (self.distance > 0.5 and 0 < self.fill_frame <= 1 and self.height > 0 and self.wall_distance > 0.3):
-            raise InputError("expected distance > 0.5 m, height > 0, wall_distance > 0.3 m and fill_frame in (0, 1]")
+        if not (
+            self.distance > 0.5
+            and 0 < self.fill_frame <= 1
+            and self.height > 0
+            and self.wall_distance > 0.3
+        ):
+            raise InputError(
+                "expected distance > 0.5 m, height > 0, wall_distance > 0.3 m and fill_frame in (0, 1]"
+            )
         if min(self.key, self.fill, self.noise, self.vignette, self.gloss) < 0:
             raise InputError("light, noise, vignette and gloss must not be negative")
 
@@ -110,15 +118,24 @@ class Portrait(Record):
 
 
 def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
-    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centred in the picture."""
+    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centred in
+    the picture."""
     points = np.asarray(vertices, np.float64)
     yaw = np.radians(settings.yaw)
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
-    origin = np.array([middle[0] + settings.distance * np.sin(yaw), settings.height, middle[2] + settings.distance * np.cos(yaw)])
+    origin = np.array(
+        [
+            middle[0] + settings.distance * np.sin(yaw),
+            settings.height,
+            middle[2] + settings.distance * np.cos(yaw),
+        ]
+    )
     target = middle
     fov = 30.0
-    for _ in range(8):  # the aim and the field of view that centre the person depend a little on each other
+    for _ in range(
+        8
+    ):  # the aim and the field of view that centre the person depend a little on each other
         camera = ViewCamera(origin=_triple(origin), target=_triple(target), fov=fov)
         plane = (points - origin) @ camera.axes.T
         slopes = plane[:, :2] / -plane[:, 2:]
@@ -141,7 +158,8 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
     Returns
     -------
     Portrait
-        The same settings give the same picture (up to the renderer's rounding, well under one level).
+        The same settings give the same picture (up to the renderer's rounding, well under one
+        level).
     """
     scene = LookSettings(
         background=_triple(np.clip(linear_to_srgb(np.full(3, settings.fill)), 0, 1)),
@@ -156,7 +174,13 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
         "roughness": 0.55,
         "specular": min(1.0, settings.gloss),
     }
-    render = RenderSettings(size=settings.size, spp=settings.spp, variant=settings.variant, threads=settings.threads, seed=settings.seed)
+    render = RenderSettings(
+        size=settings.size,
+        spp=settings.spp,
+        variant=settings.variant,
+        threads=settings.threads,
+        seed=settings.seed,
+    )
     mi = activate(settings.variant, settings.threads)
     renderer = Renderer(surface, render, scene, bsdf=material, extra=_room(mi, settings))
     camera = portrait_camera(surface.vertices, settings)
@@ -166,29 +190,55 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
         image=image,
         mask=renderer.mask(surface.vertices, camera, samples=64),
         camera=camera,
-        provenance={**surface.provenance, "settings": {k: v for k, v in dataclasses.asdict(settings).items() if k != "provenance"}},
+        provenance={
+            **surface.provenance,
+            "settings": {
+                k: v for k, v in dataclasses.asdict(settings).items() if k != "provenance"
+            },
+        },
     )
 
 
 def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
-    """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot light."""
+    """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot
+    light."""
     yaw = np.radians(settings.yaw)
-    # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the wall
+    # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the
+    # wall
     radius = 0.12
     corner = np.linspace(0, np.pi / 2, 13)
-    depth = np.concatenate([[-14.0], settings.wall_distance - radius + radius * np.sin(corner), [settings.wall_distance]])
+    depth = np.concatenate(
+        [
+            [-14.0],
+            settings.wall_distance - radius + radius * np.sin(corner),
+            [settings.wall_distance],
+        ]
+    )
     height = np.concatenate([[0.0], radius - radius * np.cos(corner), [7.0]])
     across = np.array([-12.0, 12.0])
     away, side = np.array([-np.sin(yaw), 0, -np.cos(yaw)]), np.array([np.cos(yaw), 0, -np.sin(yaw)])
-    grid = depth[:, None, None] * away + across[None, :, None] * side + height[:, None, None] * np.array([0, 1.0, 0])
+    grid = (
+        depth[:, None, None] * away
+        + across[None, :, None] * side
+        + height[:, None, None] * np.array([0, 1.0, 0])
+    )
     length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(depth), np.diff(height)))])
     rows = np.arange(len(depth) - 1)
     quads = np.stack([2 * rows, 2 * rows + 1, 2 * rows + 3, 2 * rows + 2], axis=1)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    uv = np.stack(np.broadcast_arrays(np.array([0.0, 1.0]), (length / length[-1])[:, None]), axis=-1)
+    uv = np.stack(
+        np.broadcast_arrays(np.array([0.0, 1.0]), (length / length[-1])[:, None]), axis=-1
+    )
     properties = mi.Properties()
-    texture = {"type": "bitmap", "bitmap": mi.Bitmap(_room_texture(settings, length)), "filter_type": "bilinear", "wrap_mode": "clamp"}
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "inside": {"type": "diffuse", "reflectance": texture}})
+    texture = {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(_room_texture(settings, length)),
+        "filter_type": "bilinear",
+        "wrap_mode": "clamp",
+    }
+    properties["bsdf"] = mi.load_dict(
+        {"type": "twosided", "inside": {"type": "diffuse", "reflectance": texture}}
+    )
     mesh = mi.Mesh("room", grid.size // 3, len(faces), has_vertex_texcoords=True, props=properties)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = grid.astype(np.float32).ravel()
@@ -199,7 +249,8 @@ def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
 
 
 def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
-    """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colours with soft, uneven patches and grain."""
+    """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colours with
+    soft, uneven patches and grain."""
     from scipy.ndimage import gaussian_filter
 
     generator = np.random.default_rng(settings.seed)
@@ -208,7 +259,8 @@ def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 
     foot = float(length[-2] + length[1]) / 2  # the middle of the round corner
     wall_part = np.clip((along - foot) / 0.05 + 0.5, 0, 1)
     color = (
-        srgb_to_linear(np.array(settings.floor)) * (1 - wall_part[:, None]) + srgb_to_linear(np.array(settings.wall)) * wall_part[:, None]
+        srgb_to_linear(np.array(settings.floor)) * (1 - wall_part[:, None])
+        + srgb_to_linear(np.array(settings.wall)) * wall_part[:, None]
     )
     patches = np.zeros((pixels, pixels))
     for sigma, strength in ((60.0, 0.05), (18.0, 0.03), (3.0, 0.02), (0.7, 0.02)):
@@ -219,7 +271,8 @@ def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 
 
 
 def _develop(linear: FloatArray, settings: PortraitSettings) -> ByteArray:
-    """What a camera does to light: a little bloom of the lens, vignette, noise of the sensor, a gentle tone curve."""
+    """What a camera does to light: a little bloom of the lens, vignette, noise of the sensor, a
+    gentle tone curve."""
     from scipy.ndimage import gaussian_filter
 
     size = linear.shape[0]
@@ -228,7 +281,12 @@ def _develop(linear: FloatArray, settings: PortraitSettings) -> ByteArray:
     sharp = gaussian_filter(linear, (0.45, 0.45, 0))
     light = 0.97 * sharp + 0.03 * gaussian_filter(linear, (size / 60, size / 60, 0))
     at = (np.arange(size) + 0.5) / size * 2 - 1
-    light = light * (1 - settings.vignette * np.clip((at[:, None] ** 2 + at[None, :] ** 2) / 2, 0, 1))[..., None]
+    light = (
+        light
+        * (1 - settings.vignette * np.clip((at[:, None] ** 2 + at[None, :] ** 2) / 2, 0, 1))[
+            ..., None
+        ]
+    )
     # photon noise grows with the root of the light; coarse as after a camera's own denoising
     grain = gaussian_filter(generator.standard_normal(light.shape), (0.6, 0.6, 0))
     encoded = linear_to_srgb(_shoulder(light))

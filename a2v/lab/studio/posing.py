@@ -1,7 +1,7 @@
 """Poses of the studio's people: natural standing, T- and A-poses, and frames of recorded actions.
 
-A pose is a mapping of bone name to rotation vector as `Avatar.bone_transforms` takes it: in the world's axes of the T-pose,
-relative to the parent.
+A pose is a mapping of bone name to rotation vector as `Avatar.bone_transforms` takes it: in the
+world's axes of the T-pose, relative to the parent.
 """
 
 from __future__ import annotations
@@ -32,9 +32,12 @@ _NOISE = {"Hips": 1.5, "Spine": 1.5, "Spine1": 1.5, "Spine2": 1.5, "Neck": 3.0, 
 
 
 def natural_pose(generator: np.random.Generator) -> Pose:
-    """Someone who stands for a photograph: arms hanging, folded to the hips or half raised, weight on one or both legs."""
+    """Someone who stands for a photograph: arms hanging, folded to the hips or half raised, weight
+    on one or both legs."""
     pose: Pose = {}
-    lean = generator.normal(0, 1, 3) * np.radians([3.0, 4.0, 2.5])  # forward, about the spine, sideways
+    lean = generator.normal(0, 1, 3) * np.radians(
+        [3.0, 4.0, 2.5]
+    )  # forward, about the spine, sideways
     for name, share in (("Spine", 0.3), ("Spine1", 0.35), ("Spine2", 0.35)):
         pose[name] = lean * share
     look = generator.normal(0, 1, 3) * np.radians([6.0, 14.0, 4.0])
@@ -57,18 +60,24 @@ def open_pose(generator: np.random.Generator) -> Pose:
         up = np.radians(raised + generator.normal(0, 5))
         forward = np.radians(generator.normal(3, 6))
         upper = np.array([sign * np.sin(up), -np.cos(up), np.sin(forward)])
-        pose |= arm_towards(side, sign, upper, upper + np.array([0, 0, abs(generator.normal(0.05, 0.06))]))
+        pose |= arm_towards(
+            side, sign, upper, upper + np.array([0, 0, abs(generator.normal(0.05, 0.06))])
+        )
         pose |= _fingers(generator, side, sign, most=20.0)
     pose |= _legs(generator)
     return pose
 
 
-def joint_noise(pose: Mapping[str, FloatArray], generator: np.random.Generator, scale: float = 1.0) -> Pose:
+def joint_noise(
+    pose: Mapping[str, FloatArray], generator: np.random.Generator, scale: float = 1.0
+) -> Pose:
     """The pose with a little noise on every joint; `scale` times a few degrees."""
     noisy = {name: np.asarray(rotvec, np.float64) for name, rotvec in pose.items()}
     for name in POSED_BONES:
         spread = _NOISE[name.removeprefix("Left").removeprefix("Right")]
-        noisy[name] = noisy.get(name, np.zeros(3)) + scale * np.radians(spread) * generator.standard_normal(3)
+        noisy[name] = noisy.get(name, np.zeros(3)) + scale * np.radians(
+            spread
+        ) * generator.standard_normal(3)
     return noisy
 
 
@@ -77,20 +86,32 @@ def _arm_style(generator: np.random.Generator) -> str:
 
 
 def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> Pose:
-    """One arm by the directions of upper arm and forearm in the frame of the chest (left arm; the right one mirrored)."""
+    """One arm by the directions of upper arm and forearm in the frame of the chest (left arm; the
+    right one mirrored)."""
     if style == "hanging":
         out, forward = np.radians(
-            [generator.uniform(10, 55) if generator.random() < 0.7 else generator.uniform(8, 22), generator.normal(0, 9)]
+            [
+                generator.uniform(10, 55) if generator.random() < 0.7 else generator.uniform(8, 22),
+                generator.normal(0, 9),
+            ]
         )
         bend, inwards = np.radians([abs(generator.normal(14, 14)), generator.uniform(-5, 35)])
-        upper = np.array([np.sin(out), -np.cos(out) * np.cos(forward), np.cos(out) * np.sin(forward)])
+        upper = np.array(
+            [np.sin(out), -np.cos(out) * np.cos(forward), np.cos(out) * np.sin(forward)]
+        )
         # the forearm turns forward from the upper arm, and inwards with it
         ahead = np.array([-np.sin(inwards), 0.15, np.cos(inwards)])
         fore = np.cos(bend) * upper + np.sin(bend) * _unit(ahead - (ahead @ upper) * upper)
     elif style == "hips":
         out, back = np.radians([generator.uniform(38, 58), generator.uniform(0, 25)])
         upper = np.array([np.sin(out), -np.cos(out), -np.sin(back)])
-        fore = np.array([-generator.uniform(0.75, 1.0), -generator.uniform(0.25, 0.6), generator.uniform(0.2, 0.55)])
+        fore = np.array(
+            [
+                -generator.uniform(0.75, 1.0),
+                -generator.uniform(0.25, 0.6),
+                generator.uniform(0.2, 0.55),
+            ]
+        )
     elif style == "forward":
         out, forward = np.radians([generator.uniform(8, 35), generator.uniform(-5, 25)])
         upper = np.array([np.sin(out), -np.cos(out), np.sin(forward)])
@@ -98,16 +119,21 @@ def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> 
     else:
         out = np.radians(generator.uniform(60, 120))
         upper = np.array([np.sin(out), -np.cos(out), generator.uniform(-0.1, 0.3)])
-        fore = np.array([generator.uniform(-0.4, 0.7), generator.uniform(0.2, 1.0), generator.uniform(0.1, 0.5)])
+        fore = np.array(
+            [generator.uniform(-0.4, 0.7), generator.uniform(0.2, 1.0), generator.uniform(0.1, 0.5)]
+        )
     mirror = np.array([sign, 1.0, 1.0])
     pose = arm_towards(side, sign, upper * mirror, fore * mirror)
     # the palm turns: mostly towards the thigh, sometimes to the back or the front
-    pose[f"{side}Hand"] = np.radians([generator.normal(0, 22), generator.normal(0, 8), sign * generator.normal(-5, 10)])
+    pose[f"{side}Hand"] = np.radians(
+        [generator.normal(0, 22), generator.normal(0, 8), sign * generator.normal(-5, 10)]
+    )
     return pose
 
 
 def arm_towards(side: str, sign: float, upper: FloatArray, fore: FloatArray) -> Pose:
-    """Rotations that point the `side`'s arm of the T-pose along `upper` (3,) and its forearm along `fore` (3,), in the axes of the chest.
+    """Rotations that point the `side`'s arm of the T-pose along `upper` (3,) and its forearm along
+    `fore` (3,), in the axes of the chest.
 
     `sign` is 1 for the left arm and -1 for the right one.
     """
@@ -158,7 +184,9 @@ def _legs(generator: np.random.Generator) -> Pose:
     for side, sign in SIDES:
         out = np.radians(max(0.0, spread + generator.normal(0, 1.5)))
         outward = np.radians(abs(generator.normal(6, 7)))
-        knee = np.radians(abs(generator.normal(0, 4)) + (generator.uniform(5, 32) if side == relaxed else 0.0))
+        knee = np.radians(
+            abs(generator.normal(0, 4)) + (generator.uniform(5, 32) if side == relaxed else 0.0)
+        )
         thigh = 0.55 * knee + np.radians(generator.normal(0, 3))
         pose[f"{side}UpLeg"] = np.array([-thigh, sign * outward, sign * out - roll])
         pose[f"{side}Leg"] = np.array([knee, 0.0, 0.0])
@@ -188,11 +216,17 @@ class PoseLibrary(Record):
 
     def pose(self, index: int) -> Pose:
         """Pose `index`, fingers relaxed."""
-        return {name: self.rotations[index, place].astype(np.float64) for place, name in enumerate(self.bones)}
+        return {
+            name: self.rotations[index, place].astype(np.float64)
+            for place, name in enumerate(self.bones)
+        }
 
 
-def avatar_body(avatar: Avatar, pose: Mapping[str, Sequence[float] | FloatArray] | None = None) -> Body:
-    """An avatar's rig and mesh as a `Body` in the given pose (rest: its T-pose), for `retarget` and `bind`."""
+def avatar_body(
+    avatar: Avatar, pose: Mapping[str, Sequence[float] | FloatArray] | None = None
+) -> Body:
+    """An avatar's rig and mesh as a `Body` in the given pose (rest: its T-pose), for `retarget` and
+    `bind`."""
     transforms = avatar.bone_transforms(pose)
     dense = np.zeros((len(avatar.weights), len(avatar.bone_names)), np.float32)
     np.add.at(dense, (np.arange(len(dense))[:, None], avatar.bones), avatar.weights)
@@ -212,17 +246,22 @@ def avatar_body(avatar: Avatar, pose: Mapping[str, Sequence[float] | FloatArray]
 
 
 def local_rotations(avatar: Avatar, transforms: FloatArray) -> FloatArray:
-    """Rotation vectors (..., B, 3) that `bone_transforms` would need for world-from-bone transforms (..., B, 4, 4)."""
+    """Rotation vectors (..., B, 3) that `bone_transforms` would need for world-from-bone transforms
+    (..., B, 4, 4)."""
     rest = avatar.rest_transforms[:, :3, :3].astype(np.float64)
     world_rotmat = transforms[..., :3, :3].astype(np.float64) @ np.swapaxes(rest, -1, -2)
     local_rotmat = world_rotmat.copy()
     for bone, parent in enumerate(avatar.bone_parents):
         if parent >= 0:
-            local_rotmat[..., bone, :, :] = np.swapaxes(world_rotmat[..., parent, :, :], -1, -2) @ world_rotmat[..., bone, :, :]
+            local_rotmat[..., bone, :, :] = (
+                np.swapaxes(world_rotmat[..., parent, :, :], -1, -2) @ world_rotmat[..., bone, :, :]
+            )
     return np.asarray(rotmat_to_rotvec(local_rotmat))
 
 
-def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3, seed: int = 0) -> PoseLibrary:
+def action_poses(
+    avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3, seed: int = 0
+) -> PoseLibrary:
     """Frames of CMU's and HumanAct12's clips on the rig of the avatars.
 
     Parameters
@@ -257,19 +296,30 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
         except InputError as error:
             problems.append(str(error))
             continue
-        labels = generator.permutation(np.repeat(np.arange(len(found.actions)), -(-clips // len(found.actions))))[:clips]
+        labels = generator.permutation(
+            np.repeat(np.arange(len(found.actions)), -(-clips // len(found.actions)))
+        )[:clips]
         for label in labels:
             motion = found.motion(int(generator.choice(np.flatnonzero(found.labels == label))))
-            chosen = np.sort(generator.choice(motion.frames, min(frames, motion.frames), replace=False))
-            transforms = retarget(motion, body, settings=RetargetSettings(raw=True, life=STILL))[chosen]
+            chosen = np.sort(
+                generator.choice(motion.frames, min(frames, motion.frames), replace=False)
+            )
+            transforms = retarget(motion, body, settings=RetargetSettings(raw=True, life=STILL))[
+                chosen
+            ]
             local = local_rotations(avatar, transforms)[:, slots]
-            # which way a person faces is drawn anew for every photograph: only tilt stays in the root
+            # which way a person faces is drawn anew for every photograph: only tilt stays in the
+            # root
             local[:, 0] = np.stack([without_heading(rotvec) for rotvec in local[:, 0]])
             rotations.append(local)
             actions += [motion.action] * len(chosen)
     if not rotations:
         raise InputError(f"no recorded motions for action poses: {'; '.join(problems)}")
-    return PoseLibrary(bones=POSED_BONES, rotations=np.concatenate(rotations).astype(np.float32), actions=tuple(actions))
+    return PoseLibrary(
+        bones=POSED_BONES,
+        rotations=np.concatenate(rotations).astype(np.float32),
+        actions=tuple(actions),
+    )
 
 
 def without_heading(rotvec: FloatArray) -> FloatArray:
@@ -280,12 +330,14 @@ def without_heading(rotvec: FloatArray) -> FloatArray:
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    """A vector (3,) of length 1. The norm of a single vector differs from `a2v.geometry.vectors.unit` in the last bit, which seeds depend on."""
+    """A vector (3,) of length 1. The norm of a single vector differs from
+    `a2v.geometry.vectors.unit` in the last bit, which seeds depend on."""
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))
 
 
 def _frame(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Rotation whose first column is along `first` and whose second is as near as can be to `second`."""
+    """Rotation whose first column is along `first` and whose second is as near as can be to
+    `second`."""
     x = _unit(first)
     z = _unit(np.cross(x, second))
     return np.stack([x, np.cross(z, x), z], axis=-1)

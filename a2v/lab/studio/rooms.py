@@ -1,4 +1,5 @@
-"""Photographs of people in ordinary rooms, and the same rooms without them: what removing a person from a photo is measured on."""
+"""Photographs of people in ordinary rooms, and the same rooms without them: what removing a person
+from a photo is measured on."""
 
 from __future__ import annotations
 
@@ -53,8 +54,9 @@ class RoomCase(Record):
     front : (H, W) float32
         The same of things that stand in front of the person, in the photo.
     facts : mapping
-        Avatar; the camera's origin and target, metres, the person standing at the origin of the floor, and the field of view, degrees, of the square
-        around the photo; and what stands in the room.
+        Avatar; the camera's origin and target, metres, the person standing at the origin of the
+        floor, and the field of view, degrees, of the square around the photo; and what stands in
+        the room.
     """
 
     image: ByteArray
@@ -65,7 +67,9 @@ class RoomCase(Record):
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def open_room(number: int, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None) -> RoomCase:
+def open_room(
+    number: int, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None
+) -> RoomCase:
     """Room `number`, rendered or read from the folder `kept`.
 
     Parameters
@@ -97,20 +101,32 @@ def open_room(number: int, data: str | os.PathLike[str], kept: str | os.PathLike
 
 
 def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
-    """A clothed avatar in a natural pose, standing on the ground at the origin and roughly facing +z."""
+    """A clothed avatar in a natural pose, standing on the ground at the origin and roughly facing
+    +z."""
     outfit = draw_outfit(prepare_avatar(str(path)), generator)
     avatar = outfit.avatar
     vertices = avatar.skin(avatar.bone_transforms(natural_pose(generator)))
     turn = np.radians(generator.uniform(-30, 30))
-    vertices = vertices @ np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
-    vertices = vertices - np.array([vertices[:, 0].mean(), vertices[:, 1].min(), vertices[:, 2].mean()])
-    surface = Surface(vertices=vertices.astype(np.float32), faces=avatar.faces, colors=avatar.vertex_colors(), uv=avatar.uv, texture=outfit.texture)
+    vertices = vertices @ np.array(
+        [[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]]
+    )
+    vertices = vertices - np.array(
+        [vertices[:, 0].mean(), vertices[:, 1].min(), vertices[:, 2].mean()]
+    )
+    surface = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=avatar.faces,
+        colors=avatar.vertex_colors(),
+        uv=avatar.uv,
+        texture=outfit.texture,
+    )
     return surface, avatar.name
 
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """Objects of a room as Mitsuba dictionaries without textures' objects, its camera and its facts."""
+    """Objects of a room as Mitsuba dictionaries without textures' objects, its camera and its
+    facts."""
 
     boxes: tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]
     """Name, middle (3,), half sides (3,), turn about the vertical in degrees, sRGB (3,)."""
@@ -146,9 +162,25 @@ class _Plan:
         side = float(generator.choice([-1, 1])), generator.uniform(1.3, 2.4)
         warm = np.array([1.0, generator.uniform(0.85, 0.97), generator.uniform(0.68, 0.92)])
         cool = np.array([generator.uniform(0.85, 1.0), 0.95, 1.0])
-        lamp = np.array([generator.uniform(-1, 1), 2.55, generator.uniform(-0.5, 1.5)]), generator.uniform(0.12, 0.3), warm * generator.uniform(14, 30)
+        lamp = (
+            np.array([generator.uniform(-1, 1), 2.55, generator.uniform(-0.5, 1.5)]),
+            generator.uniform(0.12, 0.3),
+            warm * generator.uniform(14, 30),
+        )
         window = float(generator.choice([-1, 1])), cool * generator.uniform(1.5, 5)
-        return cls(_furniture(number, generator, back, side), _wall(generator), _floor(number, generator), back, side, lamp, window, origin, target, float(fov), (width, rows))
+        return cls(
+            _furniture(number, generator, back, side),
+            _wall(generator),
+            _floor(number, generator),
+            back,
+            side,
+            lamp,
+            window,
+            origin,
+            target,
+            float(fov),
+            (width, rows),
+        )
 
 
 def _wall(generator: np.random.Generator) -> FloatArray:
@@ -164,9 +196,18 @@ def _floor(number: int, generator: np.random.Generator) -> ByteArray:
     size, kind = 512, number % 4
     grain = generator.standard_normal((size, size)).astype(np.float32)
     if kind == 0:  # planks along y
-        color = np.array([generator.uniform(0.45, 0.7), generator.uniform(0.32, 0.48), generator.uniform(0.2, 0.32)])
+        color = np.array(
+            [
+                generator.uniform(0.45, 0.7),
+                generator.uniform(0.32, 0.48),
+                generator.uniform(0.2, 0.32),
+            ]
+        )
         plank = np.arange(size) * 6 // size
-        tone = generator.uniform(0.82, 1.1, 6)[plank][None, :] + 0.05 * cv2.GaussianBlur(grain, (0, 0), sigmaX=0.8, sigmaY=30) * 8
+        tone = (
+            generator.uniform(0.82, 1.1, 6)[plank][None, :]
+            + 0.05 * cv2.GaussianBlur(grain, (0, 0), sigmaX=0.8, sigmaY=30) * 8
+        )
         tone[:, np.flatnonzero(np.diff(plank, prepend=-1))] *= 0.55
     elif kind == 1:  # tiles
         color = np.full(3, generator.uniform(0.6, 0.85)) + generator.uniform(-0.05, 0.05, 3)
@@ -184,26 +225,60 @@ def _floor(number: int, generator: np.random.Generator) -> ByteArray:
 
 
 def _furniture(
-    number: int, generator: np.random.Generator, back: tuple[float, float], side: tuple[float, float]
+    number: int,
+    generator: np.random.Generator,
+    back: tuple[float, float],
+    side: tuple[float, float],
 ) -> tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]:
-    """Boxes in the room: skirting aside, a sofa or shelf at the wall, a picture or door on it; in every third room something in front of the person."""
+    """Boxes in the room: skirting aside, a sofa or shelf at the wall, a picture or door on it; in
+    every third room something in front of the person."""
     away, turn = back
     found = []
     color = generator.uniform(0.15, 0.85, 3)
     x = float(generator.choice([-1, 1]) * generator.uniform(0.7, 1.4))
     kind = number % 3
     if kind == 0:
-        found.append(("sofa", np.array([x, 0.22, -away + 0.42]), np.array([0.7, 0.22, 0.38]), turn, color))
-        found.append(("sofa", np.array([x, 0.6, -away + 0.14]), np.array([0.7, 0.25, 0.1]), turn, color))
+        found.append(
+            ("sofa", np.array([x, 0.22, -away + 0.42]), np.array([0.7, 0.22, 0.38]), turn, color)
+        )
+        found.append(
+            ("sofa", np.array([x, 0.6, -away + 0.14]), np.array([0.7, 0.25, 0.1]), turn, color)
+        )
     elif kind == 1:
-        found.append(("shelf", np.array([x, 0.75, -away + 0.18]), np.array([0.35, 0.75, 0.16]), turn, color))
+        found.append(
+            ("shelf", np.array([x, 0.75, -away + 0.18]), np.array([0.35, 0.75, 0.16]), turn, color)
+        )
     else:
-        found.append(("door", np.array([x, 1.0, -away + 0.012]), np.array([0.42, 1.0, 0.02]), turn, np.clip(color + 0.25, 0, 0.95)))
+        found.append(
+            (
+                "door",
+                np.array([x, 1.0, -away + 0.012]),
+                np.array([0.42, 1.0, 0.02]),
+                turn,
+                np.clip(color + 0.25, 0, 0.95),
+            )
+        )
     picture = generator.uniform(0.2, 0.9, 3)
-    found.append(("picture", np.array([-x * 0.7, 1.55, -away + 0.02]), np.array([0.3, 0.22, 0.012]), turn, picture))
+    found.append(
+        (
+            "picture",
+            np.array([-x * 0.7, 1.55, -away + 0.02]),
+            np.array([0.3, 0.22, 0.012]),
+            turn,
+            picture,
+        )
+    )
     if number % 3 == 2:
         where = float(generator.choice([-1, 1]) * generator.uniform(0.2, 0.35))
-        found.append(("table", np.array([where, 0.21, 0.55]), np.array([0.22, 0.21, 0.18]), generator.uniform(-20, 20), generator.uniform(0.2, 0.7, 3)))
+        found.append(
+            (
+                "table",
+                np.array([where, 0.21, 0.55]),
+                np.array([0.22, 0.21, 0.18]),
+                generator.uniform(-20, 20),
+                generator.uniform(0.2, 0.7, 3),
+            )
+        )
     return tuple(found)
 
 
@@ -214,9 +289,16 @@ def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Gene
     full = {**room, "person": mesh_object(mi, render_mesh(person), person)}
     shown, empty = (_traced(mi, plan, objects) for objects in (full, room))
     exposure = _MIDDLE / np.median(empty)
-    noise = generator.standard_normal((height, width, 1)) + 0.6 * generator.standard_normal((height, width, 3))
-    pictures = [to_bytes(np.clip(linear_to_srgb(_tone(light * exposure)) + _NOISE / 255 * noise, 0, 1)) for light in (shown, empty)]
-    square = np.degrees(2 * np.arctan(np.tan(np.radians(plan.fov) / 2) * max(width, height) / width))
+    noise = generator.standard_normal((height, width, 1)) + 0.6 * generator.standard_normal(
+        (height, width, 3)
+    )
+    pictures = [
+        to_bytes(np.clip(linear_to_srgb(_tone(light * exposure)) + _NOISE / 255 * noise, 0, 1))
+        for light in (shown, empty)
+    ]
+    square = np.degrees(
+        2 * np.arctan(np.tan(np.radians(plan.fov) / 2) * max(width, height) / width)
+    )
     camera = {"origin": plan.origin.tolist(), "target": plan.target.tolist(), "fov": float(square)}
     return RoomCase(
         image=pictures[0], empty=pictures[1], mask=_share(mi, plan, person, "person"), floor=_share(mi, plan, None, "floor"),
@@ -233,30 +315,74 @@ def _tone(light: FloatArray) -> FloatArray:
 def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
     """Linear light (H, W, 3), denoised."""
     scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
-    color = np.array(mi.render(scene, integrator=mi.load_dict({"type": "path", "max_depth": 6}), spp=_SAMPLES, seed=1), np.float32)
-    guide = np.array(mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"}), spp=16, seed=1), np.float32)
-    layers = Layers(color=color[..., :3], albedo=guide[..., -6:-3], normal=guide[..., -3:], alpha=np.ones(color.shape[:2], np.float32))
+    color = np.array(
+        mi.render(
+            scene, integrator=mi.load_dict({"type": "path", "max_depth": 6}), spp=_SAMPLES, seed=1
+        ),
+        np.float32,
+    )
+    guide = np.array(
+        mi.render(
+            scene,
+            integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"}),
+            spp=16,
+            seed=1,
+        ),
+        np.float32,
+    )
+    layers = Layers(
+        color=color[..., :3],
+        albedo=guide[..., -6:-3],
+        normal=guide[..., -3:],
+        alpha=np.ones(color.shape[:2], np.float32),
+    )
     return denoise(layers)
 
 
 def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArray:
-    """How much of each pixel (H, W) shows the things whose names begin with `name`: they alone are white."""
+    """How much of each pixel (H, W) shows the things whose names begin with `name`: they alone are
+    white."""
     objects = {key: thing for key, thing in _objects(mi, plan).items() if "bsdf" in thing}
-    objects = {key: {**thing, "bsdf": _paint(np.full(3, float(key.startswith(name))))} for key, thing in objects.items()}
+    objects = {
+        key: {**thing, "bsdf": _paint(np.full(3, float(key.startswith(name))))}
+        for key, thing in objects.items()
+    }
     if person is not None:
         white = {"type": "rgb", "value": float(name == "person")}
-        objects["person"] = mesh_object(mi, render_mesh(person), person, bsdf={"type": "diffuse", "reflectance": white})
+        objects["person"] = mesh_object(
+            mi, render_mesh(person), person, bsdf={"type": "diffuse", "reflectance": white}
+        )
     scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
-    found = np.array(mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo"}), spp=16, seed=1), np.float32)
+    found = np.array(
+        mi.render(
+            scene, integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo"}), spp=16, seed=1
+        ),
+        np.float32,
+    )
     return np.clip(found[..., -1], 0, 1)
 
 
 def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
     """The camera."""
     width, height = plan.size
-    look = mi.ScalarTransform4f().look_at(origin=plan.origin.tolist(), target=plan.target.tolist(), up=[0, 1, 0])
-    film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
-    return {"type": "perspective", "fov": plan.fov, "fov_axis": "x", "to_world": look, "film": film, "sampler": {"type": "independent"}}
+    look = mi.ScalarTransform4f().look_at(
+        origin=plan.origin.tolist(), target=plan.target.tolist(), up=[0, 1, 0]
+    )
+    film = {
+        "type": "hdrfilm",
+        "width": width,
+        "height": height,
+        "rfilter": {"type": "box"},
+        "pixel_format": "rgb",
+    }
+    return {
+        "type": "perspective",
+        "fov": plan.fov,
+        "fov_axis": "x",
+        "to_world": look,
+        "film": film,
+        "sampler": {"type": "independent"},
+    }
 
 
 def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
@@ -272,12 +398,45 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
     where, radius, light = plan.lamp
     daylight, radiance = plan.window
     return {
-        "floor": {"type": "rectangle", "to_world": room().rotate([1, 0, 0], -90).scale(6.0), "bsdf": {"type": "diffuse", "reflectance": texture}},
-        "ceiling": {"type": "rectangle", "to_world": room().translate([0, 2.6, 0]).rotate([1, 0, 0], 90).scale(8.0), "bsdf": _paint(np.full(3, 0.92))},
-        "back": {"type": "rectangle", "to_world": back @ room().scale([8.0, 1.3, 1.0]), "bsdf": paint},
-        "skirting": {"type": "cube", "to_world": back @ room().translate([0, -1.26, 0.01]) @ room().scale([8.0, 0.04, 0.012]), "bsdf": _paint(np.full(3, 0.9))},
-        "side": {"type": "rectangle", "to_world": room().rotate([0, 1, 0], turn).translate([side * beside, 1.3, 0]).rotate([0, 1, 0], -90 * side).scale([8.0, 1.3, 1.0]), "bsdf": paint},
-        "behind": {"type": "rectangle", "to_world": room().translate([0, 1.3, 5.5]).rotate([0, 1, 0], 180).scale([8.0, 1.3, 1.0]), "bsdf": paint},
+        "floor": {
+            "type": "rectangle",
+            "to_world": room().rotate([1, 0, 0], -90).scale(6.0),
+            "bsdf": {"type": "diffuse", "reflectance": texture},
+        },
+        "ceiling": {
+            "type": "rectangle",
+            "to_world": room().translate([0, 2.6, 0]).rotate([1, 0, 0], 90).scale(8.0),
+            "bsdf": _paint(np.full(3, 0.92)),
+        },
+        "back": {
+            "type": "rectangle",
+            "to_world": back @ room().scale([8.0, 1.3, 1.0]),
+            "bsdf": paint,
+        },
+        "skirting": {
+            "type": "cube",
+            "to_world": back
+            @ room().translate([0, -1.26, 0.01])
+            @ room().scale([8.0, 0.04, 0.012]),
+            "bsdf": _paint(np.full(3, 0.9)),
+        },
+        "side": {
+            "type": "rectangle",
+            "to_world": room()
+            .rotate([0, 1, 0], turn)
+            .translate([side * beside, 1.3, 0])
+            .rotate([0, 1, 0], -90 * side)
+            .scale([8.0, 1.3, 1.0]),
+            "bsdf": paint,
+        },
+        "behind": {
+            "type": "rectangle",
+            "to_world": room()
+            .translate([0, 1.3, 5.5])
+            .rotate([0, 1, 0], 180)
+            .scale([8.0, 1.3, 1.0]),
+            "bsdf": paint,
+        },
         "lamp": {
             "type": "disk",
             "to_world": room().translate(where.tolist()).rotate([1, 0, 0], 90).scale(radius),
@@ -285,13 +444,20 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
         },
         "window": {
             "type": "rectangle",
-            "to_world": room().translate([daylight * 3.2, 1.5, 1.5]).rotate([0, 1, 0], -90 * daylight).scale([1.0, 0.8, 1.0]),
+            "to_world": room()
+            .translate([daylight * 3.2, 1.5, 1.5])
+            .rotate([0, 1, 0], -90 * daylight)
+            .scale([1.0, 0.8, 1.0]),
             "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance.tolist()}},
         },
         **{
             f"{name}{number}": {
                 "type": "cube",
-                "to_world": room().rotate([0, 1, 0], yaw if name == "table" else 0).translate([0, 0, 0]) @ (room() if name == "table" else room().rotate([0, 1, 0], turn)) @ room().translate(middle.tolist()).scale(half.tolist()),
+                "to_world": room()
+                .rotate([0, 1, 0], yaw if name == "table" else 0)
+                .translate([0, 0, 0])
+                @ (room() if name == "table" else room().rotate([0, 1, 0], turn))
+                @ room().translate(middle.tolist()).scale(half.tolist()),
                 "bsdf": _paint(color),
             }
             for number, (name, middle, half, yaw, color) in enumerate(plan.boxes)
@@ -301,4 +467,10 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
 
 def _paint(color: FloatArray) -> dict[str, Any]:
     """Matt paint of an sRGB colour (3,)."""
-    return {"type": "twosided", "inside": {"type": "diffuse", "reflectance": {"type": "rgb", "value": srgb_to_linear(color).tolist()}}}
+    return {
+        "type": "twosided",
+        "inside": {
+            "type": "diffuse",
+            "reflectance": {"type": "rgb", "value": srgb_to_linear(color).tolist()},
+        },
+    }

@@ -42,7 +42,12 @@ class SurfaceSamples:
 
 
 def sample_surface(
-    scene: Scene, solid: Solid, rays: RayScene, gain: FloatArray, count: int, generator: np.random.Generator
+    scene: Scene,
+    solid: Solid,
+    rays: RayScene,
+    gain: FloatArray,
+    count: int,
+    generator: np.random.Generator,
 ) -> SurfaceSamples:
     """Draw points uniform by area on the outer surface.
 
@@ -61,7 +66,10 @@ def sample_surface(
     surface = scene.surface
     face, uv = _draw_on_faces(surface.vertices, surface.faces, solid.outer, count, generator)
     hits = Hits(np.ones(len(face), bool), np.zeros(len(face)), face, uv)
-    points, normals = hits.interpolate(surface.vertices, surface.faces), hits.interpolate(scene.normals, surface.faces)
+    points, normals = (
+        hits.interpolate(surface.vertices, surface.faces),
+        hits.interpolate(scene.normals, surface.faces),
+    )
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
     albedo = texture_at(surface, face, uv)
     pixels = scene.camera.project(points)
@@ -77,24 +85,41 @@ def sample_surface(
 
 
 def _draw_on_faces(
-    vertices: FloatArray, faces: IntArray, chosen: IntArray, count: int, generator: np.random.Generator
+    vertices: FloatArray,
+    faces: IntArray,
+    chosen: IntArray,
+    count: int,
+    generator: np.random.Generator,
 ) -> tuple[IntArray, FloatArray]:
-    """Faces (n,) and barycentric coordinates (n, 2) of points uniform by area on the chosen faces."""
+    """Faces (n,) and barycentric coordinates (n, 2) of points uniform by area on the chosen
+    faces."""
     corner = vertices[faces[chosen]].astype(np.float64)
-    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    area = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
     total = np.cumsum(area)
-    face = chosen[np.minimum(np.searchsorted(total, generator.random(count) * total[-1]), len(chosen) - 1)]
+    face = chosen[
+        np.minimum(np.searchsorted(total, generator.random(count) * total[-1]), len(chosen) - 1)
+    ]
     uv = generator.random((count, 2))
     uv = np.where(uv.sum(axis=1, keepdims=True) > 1, 1 - uv, uv)
     return face, uv.astype(np.float32)
 
 
-def sample_space(scene: Scene, solid: Solid, settings: StudioSettings, generator: np.random.Generator) -> FloatArray:
-    """Draw points (N, 3) float32, metres, near the outer surface and in the person's box, in random order; shares as in the settings."""
+def sample_space(
+    scene: Scene, solid: Solid, settings: StudioSettings, generator: np.random.Generator
+) -> FloatArray:
+    """Draw points (N, 3) float32, metres, near the outer surface and in the person's box, in random
+    order; shares as in the settings."""
     vertices = scene.surface.vertices
-    near, far = round(settings.near_share * settings.points), round(settings.far_share * settings.points)
+    near, far = (
+        round(settings.near_share * settings.points),
+        round(settings.far_share * settings.points),
+    )
     face, uv = _draw_on_faces(vertices, scene.surface.faces, solid.outer, near + far, generator)
-    on = Hits(np.ones(len(face), bool), np.zeros(len(face)), face, uv).interpolate(vertices, scene.surface.faces)
+    on = Hits(np.ones(len(face), bool), np.zeros(len(face)), face, uv).interpolate(
+        vertices, scene.surface.faces
+    )
     spread = np.concatenate([np.full(near, settings.near), np.full(far, settings.far)])
     on = on + spread[:, None] * generator.standard_normal((near + far, 3))
     low, high = vertices.min(axis=0) - 0.1, vertices.max(axis=0) + 0.1

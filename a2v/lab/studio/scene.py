@@ -1,4 +1,5 @@
-"""The scene of one view: a person of some build, in some clothes and pose, before a camera, and the guide that a fit would have found."""
+"""The scene of one view: a person of some build, in some clothes and pose, before a camera, and the
+guide that a fit would have found."""
 
 from __future__ import annotations
 
@@ -16,7 +17,15 @@ from a2v.lab.studio.guide import Guide
 from a2v.lab.studio.guide_errors import disturb, girth_errors
 from a2v.lab.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
 from a2v.lab.studio.settings import StudioSettings
-from a2v.lab.studio.solid import OPEN_RAYS, PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
+from a2v.lab.studio.solid import (
+    OPEN_RAYS,
+    PhotoFrame,
+    Solid,
+    caps,
+    open_faces,
+    smooth_normals,
+    weld,
+)
 from a2v.lab.studio.stances import draw_stance
 from a2v.lab.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
@@ -31,7 +40,8 @@ TRIES = 8
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FaceKinds:
-    """What an avatar's faces are, (F,) bool each, and faces (C, 3) that close the wall: see `Solid`."""
+    """What an avatar's faces are, (F,) bool each, and faces (C, 3) that close the wall: see
+    `Solid`."""
 
     outer: BoolArray
     wall: BoolArray
@@ -52,7 +62,8 @@ class Scene(Sitting):
     guide : (G, 3) float32
         Vertices of the guide.
     landmarks : (33, 3) float32
-        The person's BlazePose landmarks as a body model has them (no error of the guide moves them).
+        The person's BlazePose landmarks as a body model has them (no error of the guide moves
+        them).
     yaw : float
         Degrees.
     avatar : str
@@ -65,7 +76,8 @@ class Scene(Sitting):
     clutter : Clutter
         What was asked to be around the person.
     around : mapping
-        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and the background is a drawn one.
+        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and
+        the background is a drawn one.
     turn : float
         By how many degrees the person has turned since the first photo of the scene; 0 in that one.
     """
@@ -98,10 +110,16 @@ class Scene(Sitting):
 
 
 def sort_faces(avatar: Avatar) -> FaceKinds:
-    """Sort an avatar's faces; the mouth's pocket is no wall of the solid, so that it counts as filled."""
+    """Sort an avatar's faces; the mouth's pocket is no wall of the solid, so that it counts as
+    filled."""
     rest = avatar.skin(avatar.rest_transforms)
     wig = np.isin(
-        avatar.mesh_ids, [index for index, name in enumerate(avatar.mesh_names) if "wig" in name.lower() or "hair" in name.lower()]
+        avatar.mesh_ids,
+        [
+            index
+            for index, name in enumerate(avatar.mesh_names)
+            if "wig" in name.lower() or "hair" in name.lower()
+        ],
     )
     outer = open_faces(rest, avatar.faces, rays=OPEN_RAYS)
     bare = outer
@@ -169,21 +187,31 @@ def draw_scene(
     chance: np.random.Generator | None = None,
     again: tuple[float, np.random.Generator] | None = None,
 ) -> Scene:
-    """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
+    """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator`
+    gives the same scene.
 
     Parameters
     ----------
     person, poses, settings, generator
     clutter, chance
-        What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
-    again : of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew
+        What is around the person, and draws where: all else is drawn from `generator`, so that it
+        is as without, but for arms that hold.
+    again : of another photo of that person: by how many degrees they have turned, and what draws
+    pose and camera anew
     """
     prepared, guide = person.prepared, person.guide
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     turn, generator = again or (0.0, generator)
     pose, name, yaw = _draw_pose(poses, plain, settings, generator)
-    placed = stand(outfit, pose | clutter.grip, yaw + turn, generator, distance=settings.distance, height=settings.height)
+    placed = stand(
+        outfit,
+        pose | clutter.grip,
+        yaw + turn,
+        generator,
+        distance=settings.distance,
+        height=settings.height,
+    )
     held = _draw_guide(placed, guide, settings, generator)
     setting = _set(placed, settings, clutter, chance)
     origin = np.append(setting.middle, held[:, 2].mean())
@@ -212,36 +240,55 @@ def draw_scene(
 def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) -> Surface:
     """An avatar's surface elsewhere."""
     return Surface(
-        vertices=vertices, faces=avatar.faces, colors=avatar.vertex_colors(), uv=avatar.uv, texture=avatar.texture, provenance=made
+        vertices=vertices,
+        faces=avatar.faces,
+        colors=avatar.vertex_colors(),
+        uv=avatar.uv,
+        texture=avatar.texture,
+        provenance=made,
     )
 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
-    """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is `factor` metres."""
+    """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
+    `factor` metres."""
     aim = (-factor * origin).tolist()
-    return {"camera_height": frame.height, "camera_distance": factor * frame.over_floor, "camera_pitch": frame.pitch, "camera_aim": aim}
+    return {
+        "camera_height": frame.height,
+        "camera_distance": factor * frame.over_floor,
+        "camera_pitch": frame.pitch,
+        "camera_aim": aim,
+    }
 
 
-def _draw_guide(placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator) -> FloatArray:
+def _draw_guide(
+    placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator
+) -> FloatArray:
     """The guide's vertices (G, 3) in the frame of the person, wrong as fits are."""
     outfit, frame = placed.outfit, placed.frame
     wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
-    posed = guide.posed(outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong)
+    posed = guide.posed(
+        outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong
+    )
     held = frame.warp(posed + placed.shift)
     held[:, :2] += settings.guide.shift * generator.standard_normal(2)
     return held
 
 
 def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
-    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor` metres."""
+    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor`
+    metres."""
     scale = square.fill * PHOTO_SIZE / square.extent / factor
     right, up = scale * factor * (square.middle - origin[:2])
-    return OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2 - float(right), center_v=PHOTO_SIZE / 2 + float(up))
+    return OrthographicCamera(
+        scale=scale, center_u=PHOTO_SIZE / 2 - float(right), center_v=PHOTO_SIZE / 2 + float(up)
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """What a photo is of: a square of the frame, and things in the frame with their patterns, if there are any; whether it is cut.
+    """What a photo is of: a square of the frame, and things in the frame with their patterns, if
+    there are any; whether it is cut.
 
     `middle` (2,) is that of the person's box.
     """
@@ -255,14 +302,20 @@ class _Setting:
         """See `Scene`."""
         found: dict[str, object] = {}
         if self.things is not None:
-            found = {"held": clutter.held.kind if clutter.held else "", "furniture": clutter.furniture}
+            found = {
+                "held": clutter.held.kind if clutter.held else "",
+                "furniture": clutter.furniture,
+            }
         if self.cut:
             found["cut"] = True
         return found | ({"photograph": True} if clutter.photographs else {})
 
 
-def _set(placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None) -> _Setting:
-    """Things around a person and the square that is photographed of them, such that enough of the person is left."""
+def _set(
+    placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None
+) -> _Setting:
+    """Things around a person and the square that is photographed of them, such that enough of the
+    person is left."""
     avatar, seen = placed.outfit.avatar, placed.seen
     square = Square.around(seen, settings.fill)
     alone = _Setting(square.middle, square)
@@ -273,7 +326,11 @@ def _set(placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.r
         things = clutter.solids(placed, chance)
         if things is None and (clutter.held is not None or clutter.furniture):
             continue  # they would reach the camera
-        framed = square if things is None else Square.around(unhidden(seen, things[0], chance), square.fill)
+        framed = (
+            square
+            if things is None
+            else Square.around(unhidden(seen, things[0], chance), square.fill)
+        )
         framed = framed if whole else framed.cut(chance)
         if share_left(seen, avatar.faces, things[0] if things else None, framed) >= LEAST_LEFT:
             return _Setting(square.middle, framed, things, not whole)
@@ -289,7 +346,9 @@ def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: f
     return dataclasses.replace(scene, shown=among(scene, thing, patterns))
 
 
-def _draw_pose(poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator) -> tuple[Pose, str, float]:
+def _draw_pose(
+    poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator
+) -> tuple[Pose, str, float]:
     """A pose for an avatar, its name, and the turn about the vertical, degrees."""
     if poses.stance:
         pose, yaw = draw_stance(poses.stance, generator)
@@ -299,7 +358,15 @@ def _draw_pose(poses: PoseSource, avatar: Avatar, settings: StudioSettings, gene
     else:
         recorded = partial(poses.frames.draw, avatar) if poses.frames else None
         pose, name = _common_pose(poses.library, settings, generator, recorded)
-    return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
+    return (
+        pose,
+        name,
+        float(
+            generator.normal(0, settings.yaw)
+            if generator.random() < settings.facing
+            else generator.uniform(-180, 180)
+        ),
+    )
 
 
 def _common_pose(
@@ -322,14 +389,26 @@ def _common_pose(
     return joint_noise(pose, generator), name
 
 
-_ALIGNED = ("Head", *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")))
+_ALIGNED = (
+    "Head",
+    *(
+        f"{side}{bone}"
+        for side in ("Left", "Right")
+        for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
+    ),
+)
 """Bones whose heads a fit lays on the photo's joints."""
 
 
 def _disturb_in_place(
-    avatar: Avatar, transforms: FloatArray, view: FloatArray, settings: StudioSettings, generator: np.random.Generator
+    avatar: Avatar,
+    transforms: FloatArray,
+    view: FloatArray,
+    settings: StudioSettings,
+    generator: np.random.Generator,
 ) -> FloatArray:
-    """`disturb`, then moved in the image plane: a fit that turns a bone moves the body until the joints lie on the photo's again."""
+    """`disturb`, then moved in the image plane: a fit that turns a bone moves the body until the
+    joints lie on the photo's again."""
     wrong = disturb(avatar, transforms, view, settings.guide, generator)
     aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
     gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)

@@ -27,8 +27,8 @@ class StudioSettings:
     open : float
         Share of T- and A-poses; all other people stand naturally.
     varied : float
-        Share of people in poses of the quick views' bank (`a2v.lab.studio.quick.poses`): rare ones as often as common ones, limbs anywhere.
-        The shares above are of the others.
+        Share of people in poses of the quick views' bank (`a2v.lab.studio.quick.poses`): rare ones
+        as often as common ones, limbs anywhere. The shares above are of the others.
     facing : float
         Share of people who roughly face the camera; the others are turned anyhow.
     yaw : float
@@ -50,7 +50,8 @@ class StudioSettings:
     near_share : float
         Share of samples near the surface.
     far_share : float
-        Share of samples farther from it; the rest is uniform in the person's box with a margin of 10 cm.
+        Share of samples farther from it; the rest is uniform in the person's box with a margin of
+        10 cm.
     same_avatar : int
         Successive views that show one avatar (reading it is a part of the cost).
     things : float
@@ -60,12 +61,13 @@ class StudioSettings:
     cut : float
         Share of people whom the photo's border cuts.
     photographs : float
-        Share of people in front of a photograph instead of a drawn background. `things`, `furniture`, `cut` and `photographs` of 0 give version 1's
-        views.
+        Share of people in front of a photograph instead of a drawn background. `things`,
+        `furniture`, `cut` and `photographs` of 0 give version 1's views.
     backgrounds : str
         Folder of photographs beside those of scikit-image's wheel; "" for none.
     people : str
-        Who is photographed: "avatars", "makehuman" (people drawn and dressed by `a2v.lab.studio.makehuman`), or "both", by turns.
+        Who is photographed: "avatars", "makehuman" (people drawn and dressed by
+        `a2v.lab.studio.makehuman`), or "both", by turns.
     guide : GuideErrors
     """
 
@@ -99,17 +101,30 @@ class StudioSettings:
         return any((self.things, self.furniture, self.cut, self.photographs))
 
     def __post_init__(self) -> None:
-        if min(self.actions, self.open, self.varied, self.facing) < 0 or max(self.actions + self.open, self.varied, self.facing) > 1:
-            raise InputError("shares of poses and of people who face the camera must be from 0 to 1 together")
-        if bad := [name for name in ("things", "furniture", "cut", "photographs") if not 0 <= getattr(self, name) <= 1]:
+        if (
+            min(self.actions, self.open, self.varied, self.facing) < 0
+            or max(self.actions + self.open, self.varied, self.facing) > 1
+        ):
+            raise InputError(
+                "shares of poses and of people who face the camera must be from 0 to 1 together"
+            )
+        if bad := [
+            name
+            for name in ("things", "furniture", "cut", "photographs")
+            if not 0 <= getattr(self, name) <= 1
+        ]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if min(self.near_share, self.far_share) < 0 or self.near_share + self.far_share > 1:
             raise InputError("near_share and far_share must be from 0 to 1 together")
         for name, least in (("distance", 1.5), ("height", 0.0)):
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
-                raise InputError(f"{name} is {pair}; expected two metres, the smaller one first and at least {least}")
+                raise InputError(
+                    f"{name} is {pair}; expected two metres, the smaller one first and at least {least}"
+                )
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")
         if not 0.1 <= self.fill <= 1 or min(self.points, self.surface_points, self.same_avatar) < 1:
-            raise InputError("fill must be from 0.1 to 1, and points, surface_points and same_avatar at least 1")
+            raise InputError(
+                "fill must be from 0.1 to 1, and points, surface_points and same_avatar at least 1"
+            )

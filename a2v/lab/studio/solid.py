@@ -1,7 +1,9 @@
-"""People as solids: inside, outside and signed distance of open, layered meshes; and their warp into the photo's frame.
+"""People as solids: inside, outside and signed distance of open, layered meshes; and their warp
+into the photo's frame.
 
-Avatars are open (the eyes' backs, wigs) and layered (a wig over the scalp, a mouth behind the lips). Inside is where the generalised
-winding number exceeds one half (Jacobson et al. 2013; fast evaluation: Barill et al. 2018), and distances are to the outer layer alone.
+Avatars are open (the eyes' backs, wigs) and layered (a wig over the scalp, a mouth behind the
+lips). Inside is where the generalised winding number exceeds one half (Jacobson et al. 2013; fast
+evaluation: Barill et al. 2018), and distances are to the outer layer alone.
 """
 
 from __future__ import annotations
@@ -19,29 +21,37 @@ INSIDE = 0.5
 """Winding number above which a point is inside."""
 
 _SHELL = (0.4, 0.75, 0.25)
-# An open shell (a wig) has a winding number of one half in the plane of its opening, which lies before the face. Above the second
-# number a point is inside, below the first it is not; in between it is where no more than the third's share of directions is free.
+# An open shell (a wig) has a winding number of one half in the plane of its opening, which lies
+# before the face. Above the second number a point is inside, below the first it is not; in between
+# it is where no more than the third's share of directions is free.
 
 
 def weld(vertices: FloatArray, tolerance: float = 1e-5) -> IntArray:
-    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` metres share one."""
-    _, place = np.unique(np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True)
+    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` metres
+    share one."""
+    _, place = np.unique(
+        np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True
+    )
     return np.asarray(place).reshape(-1)
 
 
 def smooth_normals(vertices: FloatArray, faces: IntArray, places: IntArray) -> FloatArray:
-    """Area-weighted unit normals (V, 3) float32, one for all vertices of a place (`weld`): seams of the texture don't show."""
+    """Area-weighted unit normals (V, 3) float32, one for all vertices of a place (`weld`): seams of
+    the texture don't show."""
     corner = vertices[faces].astype(np.float64)
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     index = places[faces].ravel()
     count = int(places.max()) + 1
-    total = np.stack([np.bincount(index, np.repeat(normal[:, axis], 3), count) for axis in range(3)], axis=1)
+    total = np.stack(
+        [np.bincount(index, np.repeat(normal[:, axis], 3), count) for axis in range(3)], axis=1
+    )
     unit = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
     return np.asarray(unit[places], np.float32)
 
 
 def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
-    """Generalised winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed mesh, in between near openings."""
+    """Generalised winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed
+    mesh, in between near openings."""
     import igl
 
     mesh = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64)
@@ -51,11 +61,15 @@ def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) ->
 
 
 OPEN_RAYS = 24
-"""Rays of each face by which people's faces are sorted into those that are seen from somewhere and others."""
+"""Rays of each face by which people's faces are sorted into those that are seen from somewhere and
+others."""
 
 
-def open_faces(vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: float = 0.04, seed: int = 0) -> BoolArray:
-    """Faces (F,) that see at least `share` of the hemisphere around their normal: not those of mouths, scalps under wigs and eyes' backs."""
+def open_faces(
+    vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: float = 0.04, seed: int = 0
+) -> BoolArray:
+    """Faces (F,) that see at least `share` of the hemisphere around their normal: not those of
+    mouths, scalps under wigs and eyes' backs."""
     scene = RayScene(vertices, faces)
     normal = face_normals(vertices, faces)
     middle = vertices[faces].mean(axis=1)
@@ -68,13 +82,17 @@ def open_faces(vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: 
 
 
 def caps(faces: IntArray, places: IntArray) -> IntArray:
-    """Faces (C, 3) that close every hole of a mesh: fans over the loops of edges that one face alone has.
+    """Faces (C, 3) that close every hole of a mesh: fans over the loops of edges that one face
+    alone has.
 
-    `places` (V,) are `weld`'s: what meets in space has no hole in between. Loops that run through a place twice are closed as they come.
+    `places` (V,) are `weld`'s: what meets in space has no hole in between. Loops that run through a
+    place twice are closed as they come.
     """
     corner = places[faces]
     edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
-    vertex = np.concatenate([faces[:, 0], faces[:, 1], faces[:, 2]])  # one with the place of the edge's start
+    vertex = np.concatenate(
+        [faces[:, 0], faces[:, 1], faces[:, 2]]
+    )  # one with the place of the edge's start
     edges, vertex = edges[edges[:, 0] != edges[:, 1]], vertex[edges[:, 0] != edges[:, 1]]
     count = int(places.max()) + 1
     key, twin = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
@@ -106,17 +124,21 @@ class Solid:
     ----------
     vertices : (V, 3) metres, faces : (F, 3)
     wall : (F,) bool, optional
-        Faces that bound the solid for the winding number: leave out pockets (mouths) that shall count as filled.
+        Faces that bound the solid for the winding number: leave out pockets (mouths) that shall
+        count as filled.
     outer : (F,) bool, optional
-        Faces to which distances are measured. Of these, faces that another part of the person covers (an arm pressed into the
-        trunk) are left out as well: whose normal soon meets a wall from within.
+        Faces to which distances are measured. Of these, faces that another part of the person
+        covers (an arm pressed into the trunk) are left out as well: whose normal soon meets a wall
+        from within.
     shell : (F,) bool, optional
-        Faces of an open shell over the solid (a wig), judged on their own; what is in either is inside, and so is what both enclose.
+        Faces of an open shell over the solid (a wig), judged on their own; what is in either is
+        inside, and so is what both enclose.
     closing : (C, 3) int, optional
-        Faces that close all holes of the wall (`caps`): then inside is counted along a ray, which is faster.
+        Faces that close all holes of the wall (`caps`): then inside is counted along a ray, which
+        is faster.
     layered : (F,) bool, optional
-        Faces of many thin layers (wigs, and what is below), for which the exact but slower question is asked: whether a point just
-        above them is inside.
+        Faces of many thin layers (wigs, and what is below), for which the exact but slower question
+        is asked: whether a point just above them is inside.
     """
 
     def __init__(
@@ -145,7 +167,9 @@ class Solid:
         # whoever looks outwards from a covered face meets the inside of another part first
         outwards = face_normals(self.vertices, chosen)
         met = self._all.cast(self.vertices[chosen].mean(axis=1) + 1e-3 * outwards, outwards)
-        leaving = (face_normals(self.vertices, self.faces[met.face * met.hit]) * outwards).sum(axis=1) > 0
+        leaving = (face_normals(self.vertices, self.faces[met.face * met.hit]) * outwards).sum(
+            axis=1
+        ) > 0
         covered = met.hit & leaving
         if layered is not None and layered.any():
             asked = np.flatnonzero(layered[candidates] & ~covered)
@@ -164,7 +188,10 @@ class Solid:
         if len(self._shell):
             low, high, free = _SHELL
             worn = self.vertices[self._shell]
-            near = np.flatnonzero(~inside & ((points > worn.min(axis=(0, 1))) & (points < worn.max(axis=(0, 1)))).all(axis=1))
+            near = np.flatnonzero(
+                ~inside
+                & ((points > worn.min(axis=(0, 1))) & (points < worn.max(axis=(0, 1)))).all(axis=1)
+            )
             shell = winding_number(self.vertices, self._shell, points[near])
             inside[near] = shell > high
             unsure = near[(shell > low) & (shell <= high)]
@@ -175,8 +202,12 @@ class Solid:
         """Share (N,) of directions, evenly over the sphere, in which nothing is met."""
         steps = np.arange(directions) + 0.5
         polar, around = np.arccos(1 - 2 * steps / directions), np.pi * (1 + 5**0.5) * steps
-        sphere = np.stack([np.cos(around) * np.sin(polar), np.cos(polar), np.sin(around) * np.sin(polar)], axis=-1)
-        met = self._all.occluded(np.repeat(points, directions, axis=0), np.tile(sphere, (len(points), 1)))
+        sphere = np.stack(
+            [np.cos(around) * np.sin(polar), np.cos(polar), np.sin(around) * np.sin(polar)], axis=-1
+        )
+        met = self._all.occluded(
+            np.repeat(points, directions, axis=0), np.tile(sphere, (len(points), 1))
+        )
         return np.asarray(1 - met.reshape(len(points), directions).mean(axis=1))
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
@@ -189,13 +220,16 @@ class Solid:
 
 @dataclass(frozen=True)
 class PhotoFrame:
-    """The weak-perspective frame in which a perspective photo is an exact orthographic front view of upright people.
+    """The weak-perspective frame in which a perspective photo is an exact orthographic front view
+    of upright people.
 
-    In the axes of the camera (x right, y up, z towards the camera), around the person's middle at the distance d:
-    ``x' = x d / (d - z)``, ``y' = y d / (d - z)``, so that whatever the camera sees in one pixel has the same x' and y'. The depth is
-    measured over the floor, ``z' = z cos p - y sin p`` with the camera's pitch p: whoever stands upright does so in this frame too,
-    however high the camera. (A photo hardly shows its camera's pitch, and `a2v.body.fit_body` takes people to be upright.) Along each
-    ray z' grows with z, so that rays along -z' meet first what the camera sees. Metres at the person's middle.
+    In the axes of the camera (x right, y up, z towards the camera), around the person's middle at
+    the distance d: ``x' = x d / (d - z)``, ``y' = y d / (d - z)``, so that whatever the camera sees
+    in one pixel has the same x' and y'. The depth is measured over the floor, ``z' = z cos p - y
+    sin p`` with the camera's pitch p: whoever stands upright does so in this frame too, however
+    high the camera. (A photo hardly shows its camera's pitch, and `a2v.body.fit_body` takes people
+    to be upright.) Along each ray z' grows with z, so that rays along -z' meet first what the
+    camera sees. Metres at the person's middle.
 
     Attributes
     ----------
@@ -213,7 +247,8 @@ class PhotoFrame:
 
     @classmethod
     def looking(cls, middle: FloatArray, *, distance: float, height: float) -> PhotoFrame:
-        """A camera on +z of the person's middle, `distance` metres away (measured over the floor) and `height` metres over the floor."""
+        """A camera on +z of the person's middle, `distance` metres away (measured over the floor)
+        and `height` metres over the floor."""
         camera = np.array([middle[0], height, middle[2] + distance])
         back = camera - middle
         reach = float(np.linalg.norm(back))
@@ -242,4 +277,6 @@ class PhotoFrame:
         local = (points.astype(np.float64) - self.middle) @ self.axes.T
         zoom = self.distance / (self.distance - local[..., 2:])
         cosine, sine = self.axes[1, 1], self.axes[2, 1]
-        return np.concatenate([local[..., :2] * zoom, cosine * local[..., 2:] - sine * local[..., 1:2]], axis=-1)
+        return np.concatenate(
+            [local[..., :2] * zoom, cosine * local[..., 2:] - sine * local[..., 1:2]], axis=-1
+        )

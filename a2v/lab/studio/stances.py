@@ -1,6 +1,8 @@
-"""Poses of people in action, composed by rule: what the benchmark photographs, and nothing learns from.
+"""Poses of people in action, composed by rule: what the benchmark photographs, and nothing learns
+from.
 
-They come from no recorded motion, so that a bank of recorded poses (`a2v.body.pose_bank`) holds none of them.
+They come from no recorded motion, so that a bank of recorded poses (`a2v.body.pose_bank`) holds
+none of them.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from a2v.types import FloatArray
 
 
 def draw_stance(name: str, generator: np.random.Generator) -> tuple[Pose, float]:
-    """A pose of the class `name`, one of `STANCES`, and the turn about the vertical in which it is photographed, degrees."""
+    """A pose of the class `name`, one of `STANCES`, and the turn about the vertical in which it is
+    photographed, degrees."""
     pose, yaw = STANCES[name](generator)
     return joint_noise(pose, generator), yaw
 
@@ -23,13 +26,20 @@ def draw_stance(name: str, generator: np.random.Generator) -> tuple[Pose, float]
 def _trunk(generator: np.random.Generator, bend: float, twist: float = 8.0) -> Pose:
     """A trunk bent forward by `bend` degrees, the head half raised again."""
     turn = np.radians(np.array([bend, generator.normal(0, twist), generator.normal(0, 5)]))
-    pose: Pose = {name: turn * share for name, share in (("Spine", 0.3), ("Spine1", 0.35), ("Spine2", 0.35))}
-    look = np.radians([generator.normal(-0.4 * bend, 8), generator.normal(0, 15), generator.normal(0, 5)])
+    pose: Pose = {
+        name: turn * share for name, share in (("Spine", 0.3), ("Spine1", 0.35), ("Spine2", 0.35))
+    }
+    look = np.radians(
+        [generator.normal(-0.4 * bend, 8), generator.normal(0, 15), generator.normal(0, 5)]
+    )
     return pose | {"Neck": 0.4 * look, "Head": 0.6 * look}
 
 
-def _leg(side: str, sign: float, *, thigh: float, knee: float, spread: float = 5.0, foot: float = 0.0) -> Pose:
-    """A leg by the degrees that its thigh is raised to the front, its knee bent, and the thigh spread to the side."""
+def _leg(
+    side: str, sign: float, *, thigh: float, knee: float, spread: float = 5.0, foot: float = 0.0
+) -> Pose:
+    """A leg by the degrees that its thigh is raised to the front, its knee bent, and the thigh
+    spread to the side."""
     angles = np.radians([thigh, knee, spread, foot])
     return {
         f"{side}UpLeg": np.array([-angles[0], 0.0, sign * angles[2]]),
@@ -38,8 +48,15 @@ def _leg(side: str, sign: float, *, thigh: float, knee: float, spread: float = 5
     }
 
 
-def _arm(side: str, sign: float, upper: tuple[float, float, float], fore: tuple[float, float, float], bend: float = 0.0) -> Pose:
-    """An arm by the directions of its segments (left: x outwards, y up, z to the front), level although the trunk is bent by `bend` degrees."""
+def _arm(
+    side: str,
+    sign: float,
+    upper: tuple[float, float, float],
+    fore: tuple[float, float, float],
+    bend: float = 0.0,
+) -> Pose:
+    """An arm by the directions of its segments (left: x outwards, y up, z to the front), level
+    although the trunk is bent by `bend` degrees."""
     back = np.radians(-bend)
     tilt = np.array([[1, 0, 0], [0, np.cos(back), -np.sin(back)], [0, np.sin(back), np.cos(back)]])
     first, last = (tilt @ (np.asarray(direction) * [sign, 1, 1]) for direction in (upper, fore))
@@ -58,7 +75,9 @@ def _standing(generator: np.random.Generator) -> tuple[Pose, float]:
 def _profile(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = natural_pose(generator)
     for side, sign in SIDES:  # a step
-        pose |= _leg(side, sign, thigh=generator.normal(12 * sign, 12), knee=abs(generator.normal(8, 12)))
+        pose |= _leg(
+            side, sign, thigh=generator.normal(12 * sign, 12), knee=abs(generator.normal(8, 12))
+        )
     return pose, float(generator.choice([-1, 1]) * generator.uniform(65, 115))
 
 
@@ -67,10 +86,22 @@ def _run(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = _trunk(generator, lean, 14)
     (front, first), (rear, second) = _either(generator)
     pose |= _leg(front, first, thigh=generator.uniform(40, 85), knee=generator.uniform(50, 115))
-    pose |= _leg(rear, second, thigh=generator.uniform(-35, 0), knee=generator.uniform(10, 100), foot=generator.uniform(0, 35))
-    for side, sign, swing in ((rear, second, generator.uniform(10, 60)), (front, first, -generator.uniform(15, 60))):
+    pose |= _leg(
+        rear,
+        second,
+        thigh=generator.uniform(-35, 0),
+        knee=generator.uniform(10, 100),
+        foot=generator.uniform(0, 35),
+    )
+    for side, sign, swing in (
+        (rear, second, generator.uniform(10, 60)),
+        (front, first, -generator.uniform(15, 60)),
+    ):
         turn, elbow = np.radians([swing, swing + generator.uniform(70, 110)])
-        upper, fore = (0.25, -np.cos(turn), np.sin(turn)), (generator.uniform(-0.3, 0.1), -np.cos(elbow), np.sin(elbow))
+        upper, fore = (
+            (0.25, -np.cos(turn), np.sin(turn)),
+            (generator.uniform(-0.3, 0.1), -np.cos(elbow), np.sin(elbow)),
+        )
         pose |= _arm(side, sign, upper, fore)
     return pose, float(generator.uniform(-75, 75))
 
@@ -79,11 +110,26 @@ def _kick(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = _trunk(generator, -generator.uniform(0, 18), 14)
     (kicking, first), (other, second) = _either(generator)
     high = generator.uniform(45, 100)
-    pose |= _leg(kicking, first, thigh=high, knee=generator.uniform(0, 45), spread=generator.uniform(0, 30), foot=generator.uniform(0, 30))
+    pose |= _leg(
+        kicking,
+        first,
+        thigh=high,
+        knee=generator.uniform(0, 45),
+        spread=generator.uniform(0, 30),
+        foot=generator.uniform(0, 30),
+    )
     pose |= _leg(other, second, thigh=generator.uniform(-8, 15), knee=generator.uniform(0, 25))
     for side, sign in SIDES:
-        upper = (generator.uniform(0.4, 1.0), generator.uniform(-0.9, 0.3), generator.uniform(-0.5, 0.6))
-        fore = (generator.uniform(-0.4, 0.8), generator.uniform(-0.4, 0.8), generator.uniform(0.0, 0.8))
+        upper = (
+            generator.uniform(0.4, 1.0),
+            generator.uniform(-0.9, 0.3),
+            generator.uniform(-0.5, 0.6),
+        )
+        fore = (
+            generator.uniform(-0.4, 0.8),
+            generator.uniform(-0.4, 0.8),
+            generator.uniform(0.0, 0.8),
+        )
         pose |= _arm(side, sign, upper, fore)
     return pose, float(generator.uniform(-60, 60))
 
@@ -96,7 +142,9 @@ def _squat(generator: np.random.Generator) -> tuple[Pose, float]:
     for side, sign in SIDES:
         pose |= _leg(side, sign, thigh=thigh, knee=knee, spread=spread, foot=-(knee - thigh))
         reach = generator.uniform(-0.7, 0.2)
-        pose |= _arm(side, sign, (0.25, reach, 1.0), (generator.uniform(-0.5, 0.0), reach + 0.2, 1.0), bend)
+        pose |= _arm(
+            side, sign, (0.25, reach, 1.0), (generator.uniform(-0.5, 0.0), reach + 0.2, 1.0), bend
+        )
     return pose, float(generator.uniform(-50, 50))
 
 
@@ -105,27 +153,58 @@ def _sit(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = _trunk(generator, bend)
     for side, sign in SIDES:
         thigh = generator.uniform(78, 95)
-        pose |= _leg(side, sign, thigh=thigh, knee=generator.uniform(60, 105), spread=generator.uniform(3, 18))
+        pose |= _leg(
+            side,
+            sign,
+            thigh=thigh,
+            knee=generator.uniform(60, 105),
+            spread=generator.uniform(3, 18),
+        )
         fore = (generator.uniform(-0.5, 0.0), generator.uniform(-0.4, 0.3), 1.0)
-        pose |= _arm(side, sign, (generator.uniform(0.1, 0.4), -1.0, generator.uniform(0.0, 0.4)), fore)
+        pose |= _arm(
+            side, sign, (generator.uniform(0.1, 0.4), -1.0, generator.uniform(0.0, 0.4)), fore
+        )
     return pose, float(generator.uniform(-70, 70))
 
 
 def _stoop(generator: np.random.Generator) -> tuple[Pose, float]:
-    hips, spine, knee = generator.uniform(20, 55), generator.uniform(20, 50), generator.uniform(0, 35)
+    hips, spine, knee = (
+        generator.uniform(20, 55),
+        generator.uniform(20, 50),
+        generator.uniform(0, 35),
+    )
     pose = _trunk(generator, spine)
     pose["Hips"] = np.radians([hips, 0.0, generator.normal(0, 4)])
     for side, sign in SIDES:
-        pose |= _leg(side, sign, thigh=hips + 0.5 * knee, knee=knee, spread=generator.uniform(2, 10), foot=-0.5 * knee)
+        pose |= _leg(
+            side,
+            sign,
+            thigh=hips + 0.5 * knee,
+            knee=knee,
+            spread=generator.uniform(2, 10),
+            foot=-0.5 * knee,
+        )
         fore = (generator.uniform(-0.3, 0.1), -1.0, generator.uniform(0.1, 0.6))
-        pose |= _arm(side, sign, (generator.uniform(0.05, 0.3), -1.0, generator.uniform(0.0, 0.5)), fore, hips + spine)
+        pose |= _arm(
+            side,
+            sign,
+            (generator.uniform(0.05, 0.3), -1.0, generator.uniform(0.0, 0.5)),
+            fore,
+            hips + spine,
+        )
     return pose, float(generator.uniform(-80, 80))
 
 
 def _spread(generator: np.random.Generator) -> tuple[Pose, float]:
     pose = _trunk(generator, generator.normal(0, 5))
     for side, sign in SIDES:
-        pose |= _leg(side, sign, thigh=generator.normal(5, 12), knee=abs(generator.normal(0, 18)), spread=generator.uniform(18, 42))
+        pose |= _leg(
+            side,
+            sign,
+            thigh=generator.normal(5, 12),
+            knee=abs(generator.normal(0, 18)),
+            spread=generator.uniform(18, 42),
+        )
         up = np.radians(generator.uniform(50, 150))
         upper = np.array([np.sin(up), -np.cos(up), generator.normal(0.0, 0.2)])
         fore = upper + generator.normal(0, 0.35, 3) + [0, 0, 0.1]

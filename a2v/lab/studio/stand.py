@@ -1,4 +1,5 @@
-"""Who stands before the camera: an avatar, prepared and dressed, posed on the ground, and what a photograph then shows."""
+"""Who stands before the camera: an avatar, prepared and dressed, posed on the ground, and what a
+photograph then shows."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCa
 
 @dataclass(frozen=True, eq=False)
 class PreparedAvatar:
-    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its vertices (`weld`)."""
+    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its
+    vertices (`weld`)."""
 
     avatar: Avatar
     clothes: Wardrobe
@@ -38,7 +40,8 @@ class Sitting:
     normals : (V, 3) float32
     camera : OrthographicCamera
     own : (int, int), optional
-        How many of the first vertices and faces are the person's; the others are things'. All of them where it is None.
+        How many of the first vertices and faces are the person's; the others are things'. All of
+        them where it is None.
     """
 
     surface: Surface
@@ -56,7 +59,9 @@ class Sitting:
         return np.asarray(faces < (len(self.surface.faces) if self.own is None else self.own[1]))
 
 
-@lru_cache(maxsize=2)  # reading an avatar is a part of a view's cost, and successive views show the same one
+@lru_cache(
+    maxsize=2
+)  # reading an avatar is a part of a view's cost, and successive views show the same one
 def prepare_avatar(path: str) -> PreparedAvatar:
     """Read an avatar and find its clothes; the last two are kept.
 
@@ -93,7 +98,12 @@ class Outfit:
 def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Outfit:
     """Draw a build, then colours and patterns of the clothes."""
     build = Build.draw(generator)
-    return Outfit(prepared, build, rebuild(prepared.avatar, build), recolor(prepared.avatar.texture, prepared.clothes, generator))
+    return Outfit(
+        prepared,
+        build,
+        rebuild(prepared.avatar, build),
+        recolor(prepared.avatar.texture, prepared.clothes, generator),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +131,20 @@ class Stand:
     def landmarks(self, guide: Guide) -> FloatArray:
         """The person's landmarks (33, 3) in the frame."""
         outfit = self.outfit
-        return self.frame.warp(guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms) + self.shift)
+        return self.frame.warp(
+            guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms)
+            + self.shift
+        )
 
 
 def stand(
-    outfit: Outfit, pose: Pose, yaw: float, generator: np.random.Generator, *, distance: Sequence[float], height: Sequence[float]
+    outfit: Outfit,
+    pose: Pose,
+    yaw: float,
+    generator: np.random.Generator,
+    *,
+    distance: Sequence[float],
+    height: Sequence[float],
 ) -> Stand:
     """Put a person on the ground, turned by `yaw` degrees about the vertical, and draw a camera.
 
@@ -141,17 +160,25 @@ def stand(
     return Stand(outfit, transforms, shift, frame, frame.warp(person + shift))
 
 
-def _draw_camera(person: FloatArray, distances: Sequence[float], heights: Sequence[float], generator: np.random.Generator) -> PhotoFrame:
+def _draw_camera(
+    person: FloatArray,
+    distances: Sequence[float],
+    heights: Sequence[float],
+    generator: np.random.Generator,
+) -> PhotoFrame:
     """A camera aimed at the middle of a person (V, 3) who stands on the ground; see `stand`."""
     low, high = person.min(axis=0), person.max(axis=0)
     # near cameras are as likely as far ones in terms of the perspective that they give
     nearest, farthest = distances
     distance = 1 / generator.uniform(1 / farthest, 1 / nearest)
-    return PhotoFrame.looking((low + high) / 2, distance=distance, height=float(generator.uniform(heights[0], heights[1])))
+    return PhotoFrame.looking(
+        (low + high) / 2, distance=distance, height=float(generator.uniform(heights[0], heights[1]))
+    )
 
 
 def _turn_about_vertical(transforms: FloatArray, yaw: float) -> FloatArray:
-    """World-from-bone transforms (B, 4, 4) of the person turned by `yaw` degrees, positive to the person's left."""
+    """World-from-bone transforms (B, 4, 4) of the person turned by `yaw` degrees, positive to the
+    person's left."""
     whole = np.eye(4)
     whole[:3, :3] = np.asarray(rotvec_to_rotmat(np.array([0.0, np.radians(yaw), 0.0])))
     return np.asarray(whole @ transforms)

@@ -1,4 +1,5 @@
-"""Random streams of the studio: what is drawn beside a seed, a split and an index, so that one draw never shifts another."""
+"""Random streams of the studio: what is drawn beside a seed, a split and an index, so that one draw
+never shifts another."""
 
 from __future__ import annotations
 
@@ -6,7 +7,8 @@ from enum import IntEnum
 
 
 class Stream(IntEnum):
-    """The last number of a generator's seed; a value never changes, for shipped weights and pinned photos hang on it."""
+    """The last number of a generator's seed; a value never changes, for shipped weights and pinned
+    photos hang on it."""
 
     ORDER = 1
     """The order of the people."""

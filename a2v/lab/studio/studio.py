@@ -1,7 +1,7 @@
 """The fast studio: training views of the reconstruction by ray casting, some a second on one core.
 
-`Studio.open(...)` prepares poses and guides in the data set's folder; `Studio.view(split, index)` makes one `View` from (seed, split, index)
-alone.
+`Studio.open(...)` prepares poses and guides in the data set's folder; `Studio.view(split, index)`
+makes one `View` from (seed, split, index) alone.
 """
 
 from __future__ import annotations
@@ -74,7 +74,9 @@ class Studio:
             No avatars.
         """
         paths = list_avatars(avatars)
-        self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
+        self.paths = {
+            split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS
+        }
         self.library, self.guides, self.settings = library, guides, settings
         self._faces: dict[str, FaceKinds] = {}
         self._dresser, self._data, self._bank = dresser, data, bank
@@ -83,8 +85,11 @@ class Studio:
         self._last: tuple[str, Dressed] | None = None
 
     @classmethod
-    def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings) -> Studio:
-        """The studio of a data set's folder: its pose library and guides are made there at the first time (minutes), then read.
+    def open(
+        cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings
+    ) -> Studio:
+        """The studio of a data set's folder: its pose library and guides are made there at the
+        first time (minutes), then read.
 
         Parameters
         ----------
@@ -101,20 +106,28 @@ class Studio:
         folder, avatars = Path(folder), Path(data) / "avatars"
         paths = list_avatars(avatars)
         if not (folder / "poses.npz").exists():
-            action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
+            action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(
+                folder / "poses.npz"
+            )
         prepare_guides(paths, folder)
         dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
         bank = open_bank(folder, data) if settings.varied else None
         guides = unstack_guides(read_npz(folder / "guide.npz"))
-        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data, bank)
+        return cls(
+            avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data, bank
+        )
 
     def _path(self, split: str, index: int) -> Path:
         """Every avatar of the split once, in an order of its own for each round."""
         paths = self.paths[split]
         if not paths:
-            raise InputError(f"no avatar belongs to the split '{split}'; see a2v.lab.studio.variation.VALIDATION_IDENTITIES")
+            raise InputError(
+                f"no avatar belongs to the split '{split}'; see a2v.lab.studio.variation.VALIDATION_IDENTITIES"
+            )
         block = index // self.settings.same_avatar
-        order = np.random.default_rng([self.settings.seed, SPLITS.index(split), block // len(paths), Stream.ORDER]).permutation(len(paths))
+        order = np.random.default_rng(
+            [self.settings.seed, SPLITS.index(split), block // len(paths), Stream.ORDER]
+        ).permutation(len(paths))
         return paths[int(order[block % len(paths)])]
 
     def avatar_of(self, split: str, index: int) -> str:
@@ -126,40 +139,55 @@ class Studio:
             No avatar belongs to the split.
         """
         dresser = self._dresser_of(index)
-        return dresser.person(split, index // self.settings.same_avatar).name if dresser else self._path(split, index).stem
+        return (
+            dresser.person(split, index // self.settings.same_avatar).name
+            if dresser
+            else self._path(split, index).stem
+        )
 
     def _dresser_of(self, index: int) -> Dresser | None:
-        """Who makes the person of a view; None for the avatars. Of "both" every other block of views is theirs."""
+        """Who makes the person of a view; None for the avatars. Of "both" every other block of
+        views is theirs."""
         block = index // self.settings.same_avatar
         return self._dresser if self.settings.people != "both" or block % 2 else None
 
-    def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "", turn: float = 0.0) -> Scene:
+    def scene(
+        self, split: str, index: int, *, avatar: str = "", stance: str = "", turn: float = 0.0
+    ) -> Scene:
         """The person and the guide of a view; the same numbers give the same scene.
 
         Parameters
         ----------
         avatar : str
-            Who is photographed, instead of whom the number says: it depends on how many avatars there are. Of MakeHuman's people it is
-            one of `NAMED_PEOPLE`.
+            Who is photographed, instead of whom the number says: it depends on how many avatars
+            there are. Of MakeHuman's people it is one of `NAMED_PEOPLE`.
         stance : str
             A class of `STANCES` that the pose is drawn from.
         turn : float
-            Another photo of the same person in the same clothes, who has turned by so many degrees more (positive to their left): pose and
-            camera are drawn anew. 0 for the first photo.
+            Another photo of the same person in the same clothes, who has turned by so many degrees
+            more (positive to their left): pose and camera are drawn anew. 0 for the first photo.
 
         Raises
         ------
         InputError
-            No avatar belongs to the split, there is none of that name, its file is broken, it has no guide, or MakeHuman's archive is
-            missing.
+            No avatar belongs to the split, there is none of that name, its file is broken, it has
+            no guide, or MakeHuman's archive is missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
         poses = PoseSource(self.library, varied=self._varied(split), stance=stance)
         draw = partial(draw_scene, settings=self.settings, generator=generator)
         if turn:
-            draw = partial(draw, again=(turn, np.random.default_rng([*self._again(split, index, turn), Stream.AGAIN])))
+            draw = partial(
+                draw,
+                again=(
+                    turn,
+                    np.random.default_rng([*self._again(split, index, turn), Stream.AGAIN]),
+                ),
+            )
         if self.settings.surrounds:
-            chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, Stream.THINGS])
+            chance = np.random.default_rng(
+                [self.settings.seed, SPLITS.index(split), index, Stream.THINGS]
+            )
             draw = partial(draw, clutter=self._clutter(chance), chance=chance)
         if avatar in NAMED_PEOPLE:
             return draw(self._named_person(avatar), poses)
@@ -192,7 +220,9 @@ class Studio:
         """One of `NAMED_PEOPLE`; the last one is kept."""
         if self._last is None or self._last[0] != name:
             if self._data is None:
-                raise InputError(f"{name} is one of MakeHuman's people; give the folder that holds their archive")
+                raise InputError(
+                    f"{name} is one of MakeHuman's people; give the folder that holds their archive"
+                )
             self._wardrobes = self._wardrobes or Wardrobes(self._data)
             self._last = name, dress(named_person(name), self._wardrobes)
         return self._last[1]
@@ -207,14 +237,18 @@ class Studio:
         for path in (path for paths in self.paths.values() for path in paths):
             if path.stem == avatar:
                 return path
-        raise InputError(f"there is no avatar {avatar}.glb; give the data's folder with all of its avatars")
+        raise InputError(
+            f"there is no avatar {avatar}.glb; give the data's folder with all of its avatars"
+        )
 
     def truth(self, split: str, index: int) -> Surface:
-        """The person of a view as a textured mesh (albedo) in the photo's frame: what reconstructions are compared with."""
+        """The person of a view as a textured mesh (albedo) in the photo's frame: what
+        reconstructions are compared with."""
         return self.scene(split, index).surface
 
     def view(self, split: str, index: int, scene: Scene | None = None) -> View:
-        """View `index` of a split; the same settings, split and index give the same view. `scene` is its `scene`, if it was made before.
+        """View `index` of a split; the same settings, split and index give the same view. `scene`
+        is its `scene`, if it was made before.
 
         Raises
         ------
@@ -226,21 +260,35 @@ class Studio:
         surface = scene.surface
         rays = RayScene(surface.vertices, surface.faces)
         fore, rear = _see_both_sides(rays, scene.normals, scene, MAP_SIZE)
-        photo, rays = _photograph(scene, rays, fore, generator, np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.BACKDROP]))
+        photo, rays = _photograph(
+            scene,
+            rays,
+            fore,
+            generator,
+            np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.BACKDROP]),
+        )
         guide = scene.guide, scene.guide_faces
         guide_normals = vertex_normals(*guide).astype(np.float32)
         guide_rays = RayScene(*guide)
         maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}
         if scene.shown is not None or "cut" in scene.around:
             maps["things"] = photo.things
-        for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, guide_normals, scene, GUIDE_SIZE))):
+        for start, pair in (
+            ("", (fore, rear)),
+            ("guide_", _see_both_sides(guide_rays, guide_normals, scene, GUIDE_SIZE)),
+        ):
             for side, seen in zip(("front", "back"), pair, strict=True):
-                maps |= {f"{start}normals_{side}": _pack(seen.normals), f"{start}depth_{side}": seen.depth}
+                maps |= {
+                    f"{start}normals_{side}": _pack(seen.normals),
+                    f"{start}depth_{side}": seen.depth,
+                }
         solid = scene.solid()
         on = sample_surface(scene, solid, rays, photo.gain, settings.surface_points, generator)
         points = sample_space(scene, solid, settings, generator)
         both = np.concatenate([points, on.points])
-        guide_distance, guide_at = signed_distance_and_normals(*guide, guide_normals, guide_rays, both)
+        guide_distance, guide_at = signed_distance_and_normals(
+            *guide, guide_normals, guide_rays, both
+        )
         here, there = slice(len(points)), slice(len(points), None)  # in space, and on the surface
         return View(
             encoded=encode_pictures(photo.image, photo.quality, maps),
@@ -263,7 +311,8 @@ class Studio:
             seed=settings.seed,
             index=index,
             split=split,
-            provenance={"version": VERSION, "pose": scene.pose} | ({"around": dict(scene.around)} if scene.around else {}),
+            provenance={"version": VERSION, "pose": scene.pose}
+            | ({"around": dict(scene.around)} if scene.around else {}),
         )
 
     def _guide(self, avatar: str) -> Guide:
@@ -276,9 +325,14 @@ class Studio:
 
 
 def _photograph(
-    scene: Scene, rays: RayScene, fore: SideView, generator: np.random.Generator, chance: np.random.Generator
+    scene: Scene,
+    rays: RayScene,
+    fore: SideView,
+    generator: np.random.Generator,
+    chance: np.random.Generator,
 ) -> tuple[Photograph, RayScene]:
-    """The photo of a scene, whose person alone is `rays` and from the front `fore`, and the rays of all that it shows.
+    """The photo of a scene, whose person alone is `rays` and from the front `fore`, and the rays of
+    all that it shows.
 
     `chance` draws a photograph behind, if there is one; all else is drawn from `generator`.
     """
@@ -287,14 +341,20 @@ def _photograph(
         shown, surface = scene.shown, scene.shown.surface
         rays = RayScene(surface.vertices, surface.faces)
         fore = side_view(rays, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
-    behind = scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
+    behind = (
+        scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
+    )
     lit = light_scene(rays, shown, fore, generator)
     return photograph_scene(rays, shown, fore, lit, generator, around=Around(behind)), rays
 
 
-def _see_both_sides(rays: RayScene, normals: FloatArray, scene: Scene, size: int) -> tuple[SideView, SideView]:
+def _see_both_sides(
+    rays: RayScene, normals: FloatArray, scene: Scene, size: int
+) -> tuple[SideView, SideView]:
     """A mesh from the front and through from the back, `size` pixels a side."""
-    fore, rear = (side_view(rays, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1))
+    fore, rear = (
+        side_view(rays, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1)
+    )
     return fore, rear
 
 
@@ -302,7 +362,9 @@ def _see_parts(scene: Scene, fore: SideView) -> IntArray:
     """Body part (512, 512) int8 of the nearest corner of what each pixel sees; -1 outside."""
     hit = fore.hits.hit
     corners = scene.parts[scene.surface.faces[fore.hits.face[hit]]]
-    weights = np.concatenate([1 - fore.hits.barycentric[hit].sum(axis=1, keepdims=True), fore.hits.barycentric[hit]], 1)
+    weights = np.concatenate(
+        [1 - fore.hits.barycentric[hit].sum(axis=1, keepdims=True), fore.hits.barycentric[hit]], 1
+    )
     parts = np.full(MAP_SIZE * MAP_SIZE, -1, np.int8)
     parts[hit] = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], 1)[:, 0]
     return parts.reshape(MAP_SIZE, MAP_SIZE)

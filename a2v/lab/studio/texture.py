@@ -10,14 +10,21 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 
 def sample_bilinear(image: np.ndarray, at: FloatArray) -> FloatArray:
-    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the centre of the first pixel at (0, 0)."""
+    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the centre of the
+    first pixel at (0, 0)."""
     import cv2
 
     width = 4096  # OpenCV's maps are images: at most 32767 a side
     rows = -(-len(at) // width)
     padded = np.zeros((rows * width, 2), np.float32)
     padded[: len(at)] = at
-    found = cv2.remap(image, padded.reshape(rows, width, 2), None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    found = cv2.remap(
+        image,
+        padded.reshape(rows, width, 2),
+        None,
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
     return np.asarray(found).reshape(rows * width, -1)[: len(at)]
 
 
@@ -39,7 +46,8 @@ def texture_of(surface: Surface) -> tuple[FloatArray, ByteArray]:
 
 
 def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> FloatArray:
-    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,), bilinear.
+    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,),
+    bilinear.
 
     Raises
     ------

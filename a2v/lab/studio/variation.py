@@ -12,7 +12,14 @@ from a2v.body.parts import PARTS
 from a2v.lab.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray, FloatArray, IntArray
 
-VALIDATION_IDENTITIES: tuple[str, ...] = ("Asian_F_2", "Black_F_3", "Hispanic_M_3", "MENA_F_1", "NHPI_M_1", "White_M_3")
+VALIDATION_IDENTITIES: tuple[str, ...] = (
+    "Asian_F_2",
+    "Black_F_3",
+    "Hispanic_M_3",
+    "MENA_F_1",
+    "NHPI_M_1",
+    "White_M_3",
+)
 """People who are never in training data, in any of their outfits."""
 
 REPORT_IDENTITIES: tuple[str, ...] = (
@@ -27,9 +34,14 @@ SPLITS: tuple[str, ...] = ("training", "validation")
 
 
 def split_of(avatar: str) -> str:
-    """The split, one of `SPLITS`, of the avatar of that name (``<group>_<F|M>_<number>_<outfit>``)."""
+    """The split, one of `SPLITS`, of the avatar of that name
+    (``<group>_<F|M>_<number>_<outfit>``)."""
     identity, _, outfit = avatar.rpartition("_")
-    return "validation" if identity in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES) or outfit in VALIDATION_OUTFITS else "training"
+    return (
+        "validation"
+        if identity in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES) or outfit in VALIDATION_OUTFITS
+        else "training"
+    )
 
 
 @dataclass(frozen=True)
@@ -41,7 +53,8 @@ class Build:
     height : float
         Factor of everything.
     length, girth : mapping of segment name to float
-        Factors of segments along and across their bones: parts of the body without their side ("torso", "thigh"...); 1 where absent.
+        Factors of segments along and across their bones: parts of the body without their side
+        ("torso", "thigh"...); 1 where absent.
     """
 
     height: float = 1.0
@@ -52,17 +65,27 @@ class Build:
     def draw(cls, generator: np.random.Generator) -> Build:
         """A plausible build: height within 8 %, limbs and girth by a few per cent."""
         names = ("torso", "neck", "upper_arm", "lower_arm", "hand", "thigh", "shin", "foot")
-        legs, arms, stout = generator.normal(0, 0.02), generator.normal(0, 0.02), np.clip(generator.normal(0, 0.04), -0.08, 0.1)
+        legs, arms, stout = (
+            generator.normal(0, 0.02),
+            generator.normal(0, 0.02),
+            np.clip(generator.normal(0, 0.04), -0.08, 0.1),
+        )
         common = {"thigh": legs, "shin": legs, "upper_arm": arms, "lower_arm": arms}
         length = {name: 1 + common.get(name, 0.0) + generator.normal(0, 0.012) for name in names}
         share = {"foot": 0.2, "hand": 0.3, "neck": 0.6}
-        girth = {name: 1 + share.get(name, 1.0) * stout + generator.normal(0, 0.015) for name in names}
+        girth = {
+            name: 1 + share.get(name, 1.0) * stout + generator.normal(0, 0.015) for name in names
+        }
         return cls(float(generator.uniform(0.92, 1.08)), length, girth)
 
     def thicker(self, factors: Mapping[str, float]) -> Build:
         """The same lengths with other girths: times `factors` by segment."""
         return dataclasses.replace(
-            self, girth={name: self.girth.get(name, 1.0) * factors.get(name, 1.0) for name in {*self.girth, *factors}}
+            self,
+            girth={
+                name: self.girth.get(name, 1.0) * factors.get(name, 1.0)
+                for name in {*self.girth, *factors}
+            },
         )
 
 
@@ -72,7 +95,8 @@ def segment_of(bone: str) -> str:
 
 
 def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
-    """Linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), metres, that give the avatar's rest pose another build."""
+    """Linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), metres, that give the
+    avatar's rest pose another build."""
     heads = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     children: dict[int, int] = {}
     for bone, parent in enumerate(avatar.bone_parents):
@@ -86,9 +110,15 @@ def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
         if segment not in ("torso", "neck", "head") and bone in children:
             direction = heads[children[bone]] - heads[bone]
             direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
-        maps[bone] = build.height * (across * np.eye(3) + (along - across) * np.outer(direction, direction))
+        maps[bone] = build.height * (
+            across * np.eye(3) + (along - across) * np.outer(direction, direction)
+        )
         parent = int(avatar.bone_parents[bone])
-        moved[bone] = build.height * heads[bone] if parent < 0 else moved[parent] + maps[parent] @ (heads[bone] - heads[parent])
+        moved[bone] = (
+            build.height * heads[bone]
+            if parent < 0
+            else moved[parent] + maps[parent] @ (heads[bone] - heads[parent])
+        )
     return maps, moved
 
 
@@ -103,22 +133,28 @@ def rebuild(avatar: Avatar, build: Build) -> Avatar:
     rest = avatar.rest_transforms.copy()
     rest[:, :3, 3] = moved
     return dataclasses.replace(
-        avatar, influences=np.repeat(blended[:, None], own.shape[1], axis=1).astype(np.float32), rest_transforms=rest
+        avatar,
+        influences=np.repeat(blended[:, None], own.shape[1], axis=1).astype(np.float32),
+        rest_transforms=rest,
     )
 
 
 def part_map(avatar: Avatar) -> IntArray:
-    """Body part (H, W) int8 of the texels of an avatar's texture; -1 where no face is, or one of a wig or an eye."""
+    """Body part (H, W) int8 of the texels of an avatar's texture; -1 where no face is, or one of a
+    wig or an eye."""
     body = np.flatnonzero(avatar.mesh_ids == np.bincount(avatar.mesh_ids).argmax())
     return paint_faces(avatar, body, avatar.parts[avatar.faces[body, 0]])
 
 
 def paint_faces(avatar: Avatar, chosen: IntArray, values: IntArray) -> IntArray:
-    """The values (n,) of `chosen` faces (n,) on the texels (H, W) int8 of an avatar's texture that they cover; -1 elsewhere."""
+    """The values (n,) of `chosen` faces (n,) on the texels (H, W) int8 of an avatar's texture that
+    they cover; -1 elsewhere."""
     import cv2
 
     height, width = avatar.texture.shape[:2]
-    corners = np.stack([avatar.uv[chosen, :, 0] * width, (1 - avatar.uv[chosen, :, 1]) * height], axis=-1)
+    corners = np.stack(
+        [avatar.uv[chosen, :, 0] * width, (1 - avatar.uv[chosen, :, 1]) * height], axis=-1
+    )
     painted = np.full((height, width), -1, np.int16)
     for corner, value in zip(np.rint(corners).astype(np.int32), values.tolist(), strict=True):
         cv2.fillConvexPoly(painted, corner, value)
@@ -152,17 +188,22 @@ class Wardrobe:
 
 
 _CLUSTERS = 4
-_REGION_OF_PART = np.array([{"thigh": 1, "shin": 1, "foot": 2}.get(name.split("_")[-1], 0) for name in PARTS])
+_REGION_OF_PART = np.array(
+    [{"thigh": 1, "shin": 1, "foot": 2}.get(name.split("_")[-1], 0) for name in PARTS]
+)
 
 
 def find_clothes(avatar: Avatar) -> Wardrobe:
-    """Clothes are what lies below the head and is of another colour than the person's hands and face (cheap, and good enough)."""
+    """Clothes are what lies below the head and is of another colour than the person's hands and
+    face (cheap, and good enough)."""
     import cv2
 
     part = part_map(avatar)
     lab = cv2.cvtColor(avatar.texture.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
     hands = np.isin(part, [PARTS.index("left_hand"), PARTS.index("right_hand")])
-    skin = np.stack([np.median(lab[hands], axis=0), np.median(lab[part == PARTS.index("head")], axis=0)])
+    skin = np.stack(
+        [np.median(lab[hands], axis=0), np.median(lab[part == PARTS.index("head")], axis=0)]
+    )
     worn = (part >= 0) & (part != PARTS.index("head")) & ~hands
     rows, columns = np.nonzero(worn)
     own = lab[rows, columns]
@@ -176,15 +217,22 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
     return sort_clothes(part, rows[keep], columns[keep], own[keep], opacity[keep])
 
 
-def sort_clothes(part: IntArray, rows: IntArray, columns: IntArray, own: FloatArray, opacity: FloatArray) -> Wardrobe:
-    """The wardrobe of texels of clothes, rows and columns (n,) of a `part_map` (H, W), with their CIELAB colours (n, 3) and opacity (n,)."""
+def sort_clothes(
+    part: IntArray, rows: IntArray, columns: IntArray, own: FloatArray, opacity: FloatArray
+) -> Wardrobe:
+    """The wardrobe of texels of clothes, rows and columns (n,) of a `part_map` (H, W), with their
+    CIELAB colours (n, 3) and opacity (n,)."""
     import cv2
 
     if len(own) < 100:
-        return Wardrobe(rows, columns, own, opacity, np.zeros(len(own), int), np.zeros(len(own), int))
+        return Wardrobe(
+            rows, columns, own, opacity, np.zeros(len(own), int), np.zeros(len(own), int)
+        )
     sample = np.ascontiguousarray(own[:: max(1, len(own) // 4000)])
     cv2.setRNGSeed(0)
-    _, _, centers = cv2.kmeans(sample, _CLUSTERS, None, (cv2.TERM_CRITERIA_MAX_ITER, 12, 0.1), 1, cv2.KMEANS_PP_CENTERS)
+    _, _, centers = cv2.kmeans(
+        sample, _CLUSTERS, None, (cv2.TERM_CRITERIA_MAX_ITER, 12, 0.1), 1, cv2.KMEANS_PP_CENTERS
+    )
     groups = np.zeros(part.shape, np.uint8)
     groups[rows, columns] = ((own[:, None] - centers[None]) ** 2).sum(axis=-1).argmin(axis=1)
     cluster = cv2.medianBlur(groups, 11)[rows, columns].astype(np.int64)
@@ -192,7 +240,8 @@ def sort_clothes(part: IntArray, rows: IntArray, columns: IntArray, own: FloatAr
 
 
 def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generator) -> ByteArray:
-    """The texture (H, W, 3) with other colours, and sometimes a pattern, on the clothes; skin, hair and shoes' details stay."""
+    """The texture (H, W, 3) with other colours, and sometimes a pattern, on the clothes; skin, hair
+    and shoes' details stay."""
     import cv2
 
     if not len(clothes.rows) or generator.random() < 0.15:
@@ -228,7 +277,10 @@ def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) 
     import cv2
 
     change = np.array([generator.normal(0, 22), generator.normal(0, 14), generator.normal(0, 14)])
-    period, angle = generator.uniform(8, 70), generator.choice([0.0, np.pi / 2, generator.uniform(0, np.pi)])
+    period, angle = (
+        generator.uniform(8, 70),
+        generator.choice([0.0, np.pi / 2, generator.uniform(0, np.pi)]),
+    )
     along = (columns * np.cos(angle) + rows * np.sin(angle)) / period
     across = (rows * np.cos(angle) - columns * np.sin(angle)) / period
     duty = generator.uniform(0.2, 0.6)
@@ -243,5 +295,11 @@ def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) 
         coarse = generator.standard_normal((48, 48)).astype(np.float32)
         smooth = cv2.resize(coarse, (512, 512), interpolation=cv2.INTER_CUBIC)
         # whoever wears nothing there has no texels, but the same numbers are drawn
-        amount = smooth[(rows * 512 // (rows.max(initial=0) + 1)), (columns * 512 // (columns.max(initial=0) + 1))] > 0.3
+        amount = (
+            smooth[
+                (rows * 512 // (rows.max(initial=0) + 1)),
+                (columns * 512 // (columns.max(initial=0) + 1)),
+            ]
+            > 0.3
+        )
     return np.asarray(np.asarray(amount, np.float64)[:, None] * change)

@@ -1,4 +1,5 @@
-"""One training view of the reconstruction: a photo, the truth behind it, samples of it, and the guide body."""
+"""One training view of the reconstruction: a photo, the truth behind it, samples of it, and the
+guide body."""
 
 from __future__ import annotations
 
@@ -48,20 +49,28 @@ def _decode_once(name: str) -> cached_property[np.ndarray]:
 
 @dataclass(frozen=True, kw_only=True)
 class View(Record):
-    """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z, metres, y up, z = 0 at the guide's mean.
+    """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z,
+    metres, y up, z = 0 at the guide's mean.
 
-    Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for, each by the property of its name:
+    Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for,
+    each by the property of its name:
 
-    - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, where it shows the person: 255 inside, soft at the rim.
-    - `things` (1024, 1024) uint8, where it shows something else that is no background, as `mask`. A view without this picture (`surrounded`
-      is false) shows the whole person, with nothing before them.
-    - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen through the front: on the same
-      pixels, in the same axes.
-    - `depth_front`, `depth_back` (512, 512) float16, z in metres; NaN outside. `parts_front` (512, 512) int8, -1 outside.
-    - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`, `guide_depth_back` (256, 256) float16.
+    - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, where it shows the person: 255
+      inside, soft at the rim.
+    - `things` (1024, 1024) uint8, where it shows something else that is no background, as `mask`. A
+      view without this picture (`surrounded` is false) shows the whole person, with nothing before
+      them.
+    - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen
+      through the front: on the same pixels, in the same axes.
+    - `depth_front`, `depth_back` (512, 512) float16, z in metres; NaN outside. `parts_front` (512,
+      512) int8, -1 outside.
+    - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`,
+      `guide_depth_back` (256, 256) float16.
 
-    Normals, depths and parts are the whole person's, as if there were no things: `hidden` says where the photo shows something else instead.
-    What its border cuts off is in the samples alone. All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 / s, v = (i + 0.5) 1024 / s.
+    Normals, depths and parts are the whole person's, as if there were no things: `hidden` says
+    where the photo shows something else instead. What its border cuts off is in the samples alone.
+    All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 /
+    s, v = (i + 0.5) 1024 / s.
 
     Attributes
     ----------
@@ -89,9 +98,11 @@ class View(Record):
         The guide body; its faces are in the data set's ``guide.npz``.
     avatar : str
     gain : (3,) float32
-        Linear RGB: mean irradiance over pi on what the photo sees of the person. ``surface_colors`` are the texture times this.
+        Linear RGB: mean irradiance over pi on what the photo sees of the person. ``surface_colors``
+        are the texture times this.
     yaw : float
-        How far the person is turned about the vertical, degrees; positive towards the person's left.
+        How far the person is turned about the vertical, degrees; positive towards the person's
+        left.
     seed, index : int
         Of the data set, and the view's number in its split.
     split : str
@@ -126,8 +137,12 @@ class View(Record):
             "surface_guide_distance": ("M",), "surface_guide_normals": ("M", 3), "guide_vertices": ("G", 3), "gain": (3,),
         }.items():  # fmt: skip
             self._check(name, shape, sizes)
-        if missing := [name for name in ("image", *_MAPS) if name not in self.encoded and name != _OPTIONAL]:
-            raise InputError(f"View has no picture '{missing[0]}'; it has {', '.join(self.encoded) or 'none'}")
+        if missing := [
+            name for name in ("image", *_MAPS) if name not in self.encoded and name != _OPTIONAL
+        ]:
+            raise InputError(
+                f"View has no picture '{missing[0]}'; it has {', '.join(self.encoded) or 'none'}"
+            )
 
     def forget_pictures(self) -> None:
         """Drop what was decoded; it is decoded again when it is asked for."""
@@ -139,7 +154,9 @@ class View(Record):
         """(1024, 1024, 3) uint8 sRGB."""
         import cv2
 
-        return np.ascontiguousarray(self._decoded("image", cv2.IMREAD_COLOR, (PHOTO_SIZE, PHOTO_SIZE, 3))[..., ::-1])
+        return np.ascontiguousarray(
+            self._decoded("image", cv2.IMREAD_COLOR, (PHOTO_SIZE, PHOTO_SIZE, 3))[..., ::-1]
+        )
 
     def map(self, name: str) -> np.ndarray:
         """A picture other than the photo, by name.
@@ -174,7 +191,9 @@ class View(Record):
     @cached_property
     def things(self) -> ByteArray:
         """(1024, 1024) uint8; zeros where nothing is around the person."""
-        return self.map(_OPTIONAL) if self.surrounded else np.zeros((PHOTO_SIZE, PHOTO_SIZE), np.uint8)
+        return (
+            self.map(_OPTIONAL) if self.surrounded else np.zeros((PHOTO_SIZE, PHOTO_SIZE), np.uint8)
+        )
 
     @property
     def hidden(self) -> BoolArray:
@@ -194,7 +213,8 @@ class View(Record):
 
 
 def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolArray:
-    """Pixels (S, S) at which a photo shows less of a person than of things: of those with a depth `front` (S, S), NaN outside.
+    """Pixels (S, S) at which a photo shows less of a person than of things: of those with a depth
+    `front` (S, S), NaN outside.
 
     Parameters
     ----------
@@ -202,19 +222,29 @@ def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolAr
         How much of a pixel of the photo is theirs; H is a multiple of S.
     """
     size = len(front)
-    whole, own = (shares.reshape(size, len(shares) // size, size, -1).sum(axis=(1, 3)) for shares in (things, mask))
+    whole, own = (
+        shares.reshape(size, len(shares) // size, size, -1).sum(axis=(1, 3))
+        for shares in (things, mask)
+    )
     return np.asarray(np.isfinite(front) & (whole > own))
 
 
-def encode_pictures(image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless); only `things` may be missing."""
+def encode_pictures(
+    image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless); only `things`
+    may be missing."""
     import cv2
 
-    encoded = {"image": cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]}
+    encoded = {
+        "image": cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    }
     for name, (_, kind) in _MAPS.items():
         if name == _OPTIONAL and name not in maps:
             continue
-        plain = np.ascontiguousarray(maps[name], kind).view(np.uint16 if kind is np.float16 else np.uint8)
+        plain = np.ascontiguousarray(maps[name], kind).view(
+            np.uint16 if kind is np.float16 else np.uint8
+        )
         encoded[name] = cv2.imencode(".png", plain, [cv2.IMWRITE_PNG_COMPRESSION, 2])[1]
     return {name: np.asarray(data, np.uint8).ravel() for name, data in encoded.items()}
 
@@ -234,5 +264,7 @@ def list_views(folder: str | os.PathLike[str], split: str) -> list[Path]:
     """
     found = sorted((Path(folder) / "views" / split).glob("[0-9]*.npz"))
     if not found:
-        raise InputError(f"{folder} has no views of the split '{split}'; make some with a2v studio --out {folder}")
+        raise InputError(
+            f"{folder} has no views of the split '{split}'; make some with a2v studio --out {folder}"
+        )
     return found

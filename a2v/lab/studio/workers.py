@@ -27,13 +27,16 @@ def check_counts(counts: Mapping[str, int], workers: int) -> None:
         raise InputError("workers must be at least 1, and numbers of views at least 0")
 
 
-def work_through(work: Callable[[T], object], items: Sequence[T], workers: int, *, together: int = 1) -> Iterator[None]:
+def work_through(
+    work: Callable[[T], object], items: Sequence[T], workers: int, *, together: int = 1
+) -> Iterator[None]:
     """Call `work` with each item; yields after each, in their order.
 
     Parameters
     ----------
     work : callable
-        One that processes can be sent: a module's function, or a `functools.partial` of one. What it opens it has to keep itself.
+        One that processes can be sent: a module's function, or a `functools.partial` of one. What
+        it opens it has to keep itself.
     workers : int
         Processes; with 1 the work is done in this one.
     together : int
@@ -49,7 +52,9 @@ def work_through(work: Callable[[T], object], items: Sequence[T], workers: int, 
 
     # forkserver, since open3d holds threads
     start_fork_server()
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context(start_method()), initializer=_use_one_thread) as pool:
+    with ProcessPoolExecutor(
+        workers, mp_context=multiprocessing.get_context(start_method()), initializer=_use_one_thread
+    ) as pool:
         try:
             for _ in pool.map(work, items, chunksize=together):
                 yield

@@ -13,18 +13,29 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.io import read_npz
 from a2v.lab.studio.view import View
 from a2v.lab.surface.framed import framed
-from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh, guide_input, mask_distance, photo_input, place_of
+from a2v.reconstruction.implicit.inputs import (
+    FRAME,
+    GUIDE,
+    GuideMaps,
+    GuideMesh,
+    guide_input,
+    mask_distance,
+    photo_input,
+    place_of,
+)
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 LARGEST_SHIFT = 0.15
 """Maps that are farther off than this, metres, are not followed: they have just begun to learn."""
 FAR = 0.04
-"""Points farther from the surface than this, metres, are drawn twice as often as they were sampled."""
+"""Points farther from the surface than this, metres, are drawn twice as often as they were
+sampled."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What is decoded of a view once, in small types: some megabytes, kept in memory by `ViewReader`.
+    """What is decoded of a view once, in small types: some megabytes, kept in memory by
+    `ViewReader`.
 
     Attributes
     ----------
@@ -54,7 +65,8 @@ class Prepared:
     guide_faces: IntArray
 
     def guide_mesh(self) -> GuideMesh:
-        """The guide; built anew (12 ms), since Open3D 0.20 crashes with a thousand ray casting scenes in memory."""
+        """The guide; built anew (12 ms), since Open3D 0.20 crashes with a thousand ray casting
+        scenes in memory."""
         return GuideMesh(self.view.guide_vertices, self.guide_faces)
 
 
@@ -69,11 +81,13 @@ class Example:
     normals : (6, 256, 256), depth : (2, 256, 256)
         As in `Prepared`.
     points : dict of (N, ...)
-        ``position`` (3) in the view's frame, ``place`` (2), and what they are for: ``distance`` of points in space, or ``normals`` (3) and
-        ``colors`` (3) of points on the surface. What the networks are told of them comes from `align_example`.
+        ``position`` (3) in the view's frame, ``place`` (2), and what they are for: ``distance`` of
+        points in space, or ``normals`` (3) and ``colors`` (3) of points on the surface. What the
+        networks are told of them comes from `align_example`.
     part : dict
-        For the fine level, else empty: ``photo`` (4, crop, crop) of the frame's 1024 px, true ``normals`` (6, crop / 2, crop / 2), and
-        ``corner`` (2): left and top of the part, pixels of the frame, multiples of 4.
+        For the fine level, else empty: ``photo`` (4, crop, crop) of the frame's 1024 px, true
+        ``normals`` (6, crop / 2, crop / 2), and ``corner`` (2): left and top of the part, pixels of
+        the frame, multiples of 4.
     mirrored : () bool
         Whether left and right are exchanged (not in ``position``).
     """
@@ -120,12 +134,16 @@ def _prepare(path: Path) -> Prepared:
     mask = cv2.resize(view.mask, half, interpolation=cv2.INTER_AREA)
     depth = np.stack([_halved(view.depth_front), _halved(view.depth_back)])
     nearest = np.stack(nearest_known(np.isfinite(depth).all(axis=0)))
-    small = cv2.resize(view.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    small = (
+        cv2.resize(view.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    )
     prepared = Prepared(
         view=view,
         image=cv2.resize(view.image, half, interpolation=cv2.INTER_AREA),
         mask=mask,
-        guide=guide_input(maps, mask_distance(small, view.camera.scale * GUIDE / FRAME)).astype(np.float16),
+        guide=guide_input(maps, mask_distance(small, view.camera.scale * GUIDE / FRAME)).astype(
+            np.float16
+        ),
         normals=np.stack([_pooled(channel) for channel in _true_normals(view)]).astype(np.float16),
         depth=depth.astype(np.float16),
         nearest=nearest.astype(np.int16),
@@ -144,7 +162,9 @@ def _guide_faces(folder: Path) -> IntArray:
 
 def _true_normals(view: View) -> FloatArray:
     """(6, 512, 512) float32: of front and back."""
-    both: FloatArray = np.concatenate([view.normals_front, view.normals_back], axis=-1).transpose(2, 0, 1) / np.float32(127)
+    both: FloatArray = np.concatenate([view.normals_front, view.normals_back], axis=-1).transpose(
+        2, 0, 1
+    ) / np.float32(127)
     return both
 
 
@@ -156,9 +176,16 @@ def _pooled(values: FloatArray) -> FloatArray:
 
 
 def make_example(
-    prepared: Prepared, generator: np.random.Generator, points: int, *, colors: bool = False, crop: int = 0, augment: bool = True
+    prepared: Prepared,
+    generator: np.random.Generator,
+    points: int,
+    *,
+    colors: bool = False,
+    crop: int = 0,
+    augment: bool = True,
 ) -> Example:
-    """One view with `points` of its points at random, mirrored half of the time, its mask a little off, its colours a little changed.
+    """One view with `points` of its points at random, mirrored half of the time, its mask a little
+    off, its colours a little changed.
 
     Parameters
     ----------
@@ -179,11 +206,23 @@ def make_example(
     part: dict[str, FloatArray] = {}
     if crop:
         chosen = view.points[int(generator.integers(len(view.points)))]
-        left, top = (np.clip((place_of(chosen, view.camera, FRAME) + 1) / 2 * FRAME - crop / 2, 0, FRAME - crop) // 4 * 4).astype(int)
+        left, top = (
+            np.clip(
+                (place_of(chosen, view.camera, FRAME) + 1) / 2 * FRAME - crop / 2, 0, FRAME - crop
+            )
+            // 4
+            * 4
+        ).astype(int)
         cut = np.s_[top : top + crop, left : left + crop]
         part = {
-            "photo": photo_input(_tinted(view.image[cut], tint), _grown(view.mask, 2 * grow)[cut] / np.float32(255), crop),
-            "normals": _true_normals(view)[:, top // 2 : (top + crop) // 2, left // 2 : (left + crop) // 2],
+            "photo": photo_input(
+                _tinted(view.image[cut], tint),
+                _grown(view.mask, 2 * grow)[cut] / np.float32(255),
+                crop,
+            ),
+            "normals": _true_normals(view)[
+                :, top // 2 : (top + crop) // 2, left // 2 : (left + crop) // 2
+            ],
             "corner": np.array([left, top], np.float32),
         }
         view.forget_pictures()
@@ -192,7 +231,9 @@ def make_example(
         guide=guide,
         normals=prepared.normals.astype(np.float32),
         depth=prepared.depth.astype(np.float32),
-        points=_surface_points(view, generator, points, tint, augment) if colors else _space_points(view, generator, points),
+        points=_surface_points(view, generator, points, tint, augment)
+        if colors
+        else _space_points(view, generator, points),
         part=part,
         mirrored=np.array(False),
     )
@@ -217,10 +258,12 @@ def _grown(mask: ByteArray, pixels: int) -> ByteArray:
 
 
 def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> FloatArray:
-    """Points (N, 3) moved along z as far as predicted depths are off the true ones there; (N, 3) float32.
+    """Points (N, 3) moved along z as far as predicted depths are off the true ones there; (N, 3)
+    float32.
 
-    What a photo does not show is how far away an arm is, but it does show its shape: a field that is asked for the distance at the true
-    place of an arm that the maps have elsewhere learns to be unsure, and draws arms as slabs. Asked relative to the maps it stays sharp.
+    What a photo does not show is how far away an arm is, but it does show its shape: a field that
+    is asked for the distance at the true place of an arm that the maps have elsewhere learns to be
+    unsure, and draws arms as slabs. Asked relative to the maps it stays sharp.
 
     Parameters
     ----------
@@ -234,23 +277,29 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
     off = np.stack([cv2.blur(channel, (5, 5)) for channel in maps[:, rows, columns] - true])
     pixels = (place_of(points, prepared.view.camera, FRAME) + 1) / 2 * GUIDE
     (front, back), (front_off, back_off) = (
-        (sample_image(np.ascontiguousarray(channel), pixels, linear=True) for channel in both) for both in (true, off)
+        (sample_image(np.ascontiguousarray(channel), pixels, linear=True) for channel in both)
+        for both in (true, off)
     )
     share = np.clip((points[:, 2] - back) / np.maximum(front - back, 0.01), 0, 1)
     moved: FloatArray = points.astype(np.float32).copy()
-    moved[:, 2] += np.clip(share * front_off + (1 - share) * back_off, -LARGEST_SHIFT, LARGEST_SHIFT)
+    moved[:, 2] += np.clip(
+        share * front_off + (1 - share) * back_off, -LARGEST_SHIFT, LARGEST_SHIFT
+    )
     return moved
 
 
 def align_example(prepared: Prepared, example: Example, maps: FloatArray) -> dict[str, FloatArray]:
-    """What networks with these predicted depths (2, 256, 256) are told of the example's points: see `align_points`.
+    """What networks with these predicted depths (2, 256, 256) are told of the example's points: see
+    `align_points`.
 
     Returns
     -------
     dict of ``depth`` (N,), ``guide_distance`` (N,), ``guide_normals`` (N, 3)
     """
     mirrored = bool(example.mirrored)
-    moved = align_points(prepared, example.points["position"], maps[..., ::-1] if mirrored else maps)
+    moved = align_points(
+        prepared, example.points["position"], maps[..., ::-1] if mirrored else maps
+    )
     distance, normals = prepared.guide_mesh().at(moved)
     across = np.array([-1 if mirrored else 1, 1, 1], np.float32)
     return {"depth": moved[:, 2], "guide_distance": distance, "guide_normals": normals * across}
@@ -258,13 +307,21 @@ def align_example(prepared: Prepared, example: Example, maps: FloatArray) -> dic
 
 def _space_points(view: View, generator: np.random.Generator, count: int) -> dict[str, FloatArray]:
     distance = view.distance.astype(np.float32)
-    odds = np.where(np.abs(distance) > FAR, 2.0, 1.0)  # most samples are near the surface, where mistakes cost least
+    odds = np.where(
+        np.abs(distance) > FAR, 2.0, 1.0
+    )  # most samples are near the surface, where mistakes cost least
     chosen = generator.choice(len(odds), count, p=odds / odds.sum())
     points = view.points[chosen]
-    return {"position": points, "place": place_of(points, view.camera, FRAME), "distance": distance[chosen]}
+    return {
+        "position": points,
+        "place": place_of(points, view.camera, FRAME),
+        "distance": distance[chosen],
+    }
 
 
-def _surface_points(view: View, generator: np.random.Generator, count: int, tint: FloatArray, augment: bool) -> dict[str, FloatArray]:
+def _surface_points(
+    view: View, generator: np.random.Generator, count: int, tint: FloatArray, augment: bool
+) -> dict[str, FloatArray]:
     odds = np.where(view.surface_visible, 1.0, 3.0)  # what the photo shows is the easy part
     chosen = generator.choice(len(odds), count, p=odds / odds.sum())
     normals = view.surface_normals[chosen] / np.float32(127)
@@ -281,8 +338,15 @@ def _surface_points(view: View, generator: np.random.Generator, count: int, tint
 def _halved(depth: FloatArray, step: float = 0.02) -> FloatArray:
     """Means of 2 x 2 pixels; NaN where one is outside or they differ by more than `step` metres."""
     height, width = depth.shape
-    four = depth.astype(np.float32).reshape(height // 2, 2, width // 2, 2).transpose(0, 2, 1, 3).reshape(height // 2, width // 2, 4)
-    return np.where(four.max(axis=-1) - four.min(axis=-1) < step, four.mean(axis=-1), np.nan).astype(np.float32)
+    four = (
+        depth.astype(np.float32)
+        .reshape(height // 2, 2, width // 2, 2)
+        .transpose(0, 2, 1, 3)
+        .reshape(height // 2, width // 2, 4)
+    )
+    return np.where(
+        four.max(axis=-1) - four.min(axis=-1) < step, four.mean(axis=-1), np.nan
+    ).astype(np.float32)
 
 
 def _mirrored(example: Example) -> Example:
@@ -315,6 +379,11 @@ def stack(examples: Sequence[Example]) -> Example:
         return {name: np.stack([value[name] for value in values]) for name in values[0]}
 
     fields = {
-        name: np.stack([getattr(example, name) for example in examples]) for name in ("photo", "guide", "normals", "depth", "mirrored")
+        name: np.stack([getattr(example, name) for example in examples])
+        for name in ("photo", "guide", "normals", "depth", "mirrored")
     }
-    return Example(**fields, points=all_of([example.points for example in examples]), part=all_of([example.part for example in examples]))
+    return Example(
+        **fields,
+        points=all_of([example.points for example in examples]),
+        part=all_of([example.part for example in examples]),
+    )

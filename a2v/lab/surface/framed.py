@@ -1,4 +1,5 @@
-"""Views in which things hide a person, or the border cuts them, as the networks meet such photos: framed by the mask, and asked for what it shows."""
+"""Views in which things hide a person, or the border cuts them, as the networks meet such photos:
+framed by the mask, and asked for what it shows."""
 
 from __future__ import annotations
 
@@ -14,14 +15,27 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 _QUALITY = 98
 """Of the frame's JPEG, per cent: the photo was one before."""
 _IN_SPACE = ("points", "distance", "guide_distance", "guide_normals")
-_ON_SURFACE = tuple(f"surface_{name}" for name in ("points", "normals", "colors", "visible", "parts", "guide_distance", "guide_normals"))
+_ON_SURFACE = tuple(
+    f"surface_{name}"
+    for name in (
+        "points",
+        "normals",
+        "colors",
+        "visible",
+        "parts",
+        "guide_distance",
+        "guide_normals",
+    )
+)
 
 
 def framed(view: View, guide_faces: IntArray) -> View:
-    """The square of a view around what its mask shows, as a view of its own; what the photo does not show of the person is not asked for.
+    """The square of a view around what its mask shows, as a view of its own; what the photo does
+    not show of the person is not asked for.
 
-    A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), and where the mask ends at a thing nothing tells whether the
-    person does. So there are no normals and depths at hidden pixels, and no samples behind them, nor where the photo is cut off.
+    A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), and where the mask
+    ends at a thing nothing tells whether the person does. So there are no normals and depths at
+    hidden pixels, and no samples behind them, nor where the photo is cut off.
 
     Parameters
     ----------
@@ -52,23 +66,43 @@ def framed(view: View, guide_faces: IntArray) -> View:
     for names in (_IN_SPACE, _ON_SURFACE):
         asked = _asked(view, shown, frame.camera, getattr(view, names[0]))
         kept |= {name: getattr(view, name)[asked] for name in names}
-    return dataclasses.replace(view, encoded=encode_pictures(frame.image, _QUALITY, maps), camera=frame.camera, **kept)
+    return dataclasses.replace(
+        view, encoded=encode_pictures(frame.image, _QUALITY, maps), camera=frame.camera, **kept
+    )
 
 
-def _part(values: np.ndarray, shown: BoolArray, box: tuple[float, float, float], outside: float) -> np.ndarray:
-    """A map (S, S, ...) of the photo on the pixels of the frame `box` (u, v and side), the nearest ones; `outside` where it is not `shown` (S, S)."""
+def _part(
+    values: np.ndarray, shown: BoolArray, box: tuple[float, float, float], outside: float
+) -> np.ndarray:
+    """A map (S, S, ...) of the photo on the pixels of the frame `box` (u, v and side), the nearest
+    ones; `outside` where it is not `shown` (S, S)."""
     u, v, side = box
     size = len(values)
     steps = (np.arange(size) + 0.5) / size - 0.5
-    rows, columns = (np.floor((middle + side * steps) * size / PHOTO_SIZE).astype(int) for middle in (v, u))
+    rows, columns = (
+        np.floor((middle + side * steps) * size / PHOTO_SIZE).astype(int) for middle in (v, u)
+    )
     inside = ((rows >= 0) & (rows < size))[:, None] & ((columns >= 0) & (columns < size))[None]
     at = np.ix_(rows.clip(0, size - 1), columns.clip(0, size - 1))
     there = inside & shown[at]
-    return np.where(there.reshape(*there.shape, *(1,) * (values.ndim - 2)), values[at], np.asarray(outside, values.dtype))
+    return np.where(
+        there.reshape(*there.shape, *(1,) * (values.ndim - 2)),
+        values[at],
+        np.asarray(outside, values.dtype),
+    )
 
 
-def _asked(view: View, shown: BoolArray, camera: OrthographicCamera, points: FloatArray) -> BoolArray:
-    """Which points (N, 3) lie in the frame of `camera` and in the view's photo, where that is `shown` (512, 512)."""
-    column, row = np.floor((place_of(points, view.camera, PHOTO_SIZE) + 1) / 2 * MAP_SIZE).astype(int).T
-    inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < MAP_SIZE) & (np.abs(place_of(points, camera, FRAME)) < 1).all(axis=1)
+def _asked(
+    view: View, shown: BoolArray, camera: OrthographicCamera, points: FloatArray
+) -> BoolArray:
+    """Which points (N, 3) lie in the frame of `camera` and in the view's photo, where that is
+    `shown` (512, 512)."""
+    column, row = (
+        np.floor((place_of(points, view.camera, PHOTO_SIZE) + 1) / 2 * MAP_SIZE).astype(int).T
+    )
+    inside = (
+        (np.minimum(column, row) >= 0)
+        & (np.maximum(column, row) < MAP_SIZE)
+        & (np.abs(place_of(points, camera, FRAME)) < 1).all(axis=1)
+    )
     return np.asarray(inside & shown[row.clip(0, MAP_SIZE - 1), column.clip(0, MAP_SIZE - 1)])

@@ -1,9 +1,11 @@
-"""The networks of the pixel-aligned implicit surface: maps of the whole person, a coarse and a fine field, and colours.
+"""The networks of the pixel-aligned implicit surface: maps of the whole person, a coarse and a fine
+field, and colours.
 
-All take the photo in one square frame (see `a2v.reconstruction.implicit.inputs`) and points in metres in the photo's camera axes. Three ideas
-meet here: pixel-aligned occupancy with a fine level fed by normal maps (PIFuHD; Sec. 4.1 of the journal paper), colours at surface points
-(PIFu), and conditioning on a fitted body, the *guide* (PaMIR, ICON). Fields are signed distances in metres, negative inside: the occupancy of
-the papers is ``sigmoid(-distance / OCCUPANCY_WIDTH)``.
+All take the photo in one square frame (see `a2v.reconstruction.implicit.inputs`) and points in
+metres in the photo's camera axes. Three ideas meet here: pixel-aligned occupancy with a fine level
+fed by normal maps (PIFuHD; Sec. 4.1 of the journal paper), colours at surface points (PIFu), and
+conditioning on a fitted body, the *guide* (PaMIR, ICON). Fields are signed distances in metres,
+negative inside: the occupancy of the papers is ``sigmoid(-distance / OCCUPANCY_WIDTH)``.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from torch.nn import functional
 PHOTO_CHANNELS = 4
 """Red, green, blue (masked, zero at mid grey) and the mask."""
 GUIDE_CHANNELS = 10
-"""Normals of the guide's front (3) and back (3), depth of its front and back, its mask, and the distance to the photo's mask."""
+"""Normals of the guide's front (3) and back (3), depth of its front and back, its mask, and the
+distance to the photo's mask."""
 MAP_CHANNELS = 8
 """Normals of the person's front (3) and back (3), depth of the front and of the back."""
 OCCUPANCY_WIDTH = 0.006
@@ -49,7 +52,9 @@ class NetworkSettings:
 
 def _block(inputs: int, outputs: int, *, kernel: int = 3, stride: int = 1) -> nn.Sequential:
     return nn.Sequential(
-        nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False), nn.BatchNorm2d(outputs), nn.LeakyReLU(0.1, inplace=True)
+        nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False),
+        nn.BatchNorm2d(outputs),
+        nn.LeakyReLU(0.1, inplace=True),
     )
 
 
@@ -70,9 +75,13 @@ class UNet(nn.Module):
     def __init__(self, inputs: int, widths: tuple[int, ...]) -> None:
         super().__init__()
         self.stem = nn.Sequential(_block(inputs, widths[0], kernel=1), _Residual(widths[0]))
-        self.down = nn.ModuleList(nn.Sequential(_block(above, below, stride=2), _Residual(below)) for above, below in pairwise(widths))
+        self.down = nn.ModuleList(
+            nn.Sequential(_block(above, below, stride=2), _Residual(below))
+            for above, below in pairwise(widths)
+        )
         self.merge = nn.ModuleList(
-            nn.Sequential(_block(above + below, above, kernel=1), _Residual(above)) for above, below in pairwise(widths)
+            nn.Sequential(_block(above + below, above, kernel=1), _Residual(above))
+            for above, below in pairwise(widths)
         )
 
     def forward(self, values: Tensor) -> Tensor:
@@ -88,22 +97,32 @@ class UNet(nn.Module):
 
 
 def sample_map(values: Tensor, place: Tensor) -> Tensor:
-    """Bilinear values (B, N, C) of a map (B, C, H, W) at `place` (B, N, 2) in [-1, 1], x right and y down; the border is carried on."""
-    sampled = functional.grid_sample(values.float(), place[:, None], mode="bilinear", padding_mode="border", align_corners=False)
+    """Bilinear values (B, N, C) of a map (B, C, H, W) at `place` (B, N, 2) in [-1, 1], x right and
+    y down; the border is carried on."""
+    sampled = functional.grid_sample(
+        values.float(), place[:, None], mode="bilinear", padding_mode="border", align_corners=False
+    )
     return sampled[:, :, 0].transpose(1, 2)
 
 
 def unit_normals(maps: Tensor) -> Tensor:
     """Maps (B, C >= 6, H, W) with the two normals, channels 0..2 and 3..5, scaled to length 1."""
     front, back, rest = maps[:, :3], maps[:, 3:6], maps[:, 6:]
-    return torch.cat([functional.normalize(front, dim=1, eps=1e-4), functional.normalize(back, dim=1, eps=1e-4), rest], dim=1)
+    return torch.cat(
+        [
+            functional.normalize(front, dim=1, eps=1e-4),
+            functional.normalize(back, dim=1, eps=1e-4),
+            rest,
+        ],
+        dim=1,
+    )
 
 
 class MapEncoder(nn.Module):
     """From the photo and the guide to the person's normals and depths, and features of each pixel.
 
-    ``forward(photo (B, 4, 512, 512), guide (B, 10, 256, 256))`` gives features (B, widths[0], 128, 128) and maps (B, 8, 256, 256).
-    The maps are corrections of the guide's.
+    ``forward(photo (B, 4, 512, 512), guide (B, 10, 256, 256))`` gives features (B, widths[0], 128,
+    128) and maps (B, 8, 256, 256). The maps are corrections of the guide's.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
@@ -115,14 +134,22 @@ class MapEncoder(nn.Module):
 
     def forward(self, photo: Tensor, guide: Tensor) -> tuple[Tensor, Tensor]:
         """Features and maps."""
-        features = self.unet(torch.cat([functional.pixel_unshuffle(photo, 4), functional.pixel_unshuffle(guide, 2)], dim=1))
+        features = self.unet(
+            torch.cat(
+                [functional.pixel_unshuffle(photo, 4), functional.pixel_unshuffle(guide, 2)], dim=1
+            )
+        )
         change = functional.pixel_shuffle(self.head(features), 2).float()
         return features, unit_normals(guide[:, :MAP_CHANNELS] + change)
 
 
 def _perceptron(inputs: int, hidden: int, outputs: int) -> nn.Sequential:
     return nn.Sequential(
-        nn.Linear(inputs, hidden), nn.LeakyReLU(0.1), nn.Linear(hidden, hidden), nn.LeakyReLU(0.1), nn.Linear(hidden, outputs)
+        nn.Linear(inputs, hidden),
+        nn.LeakyReLU(0.1),
+        nn.Linear(hidden, hidden),
+        nn.LeakyReLU(0.1),
+        nn.Linear(hidden, outputs),
     )
 
 
@@ -138,8 +165,16 @@ POINT_CHANNELS = 15
 """What `point_values` gives."""
 
 
-def point_values(maps: Tensor, guide: Tensor, place: Tensor, depth: Tensor, guide_distance: Tensor, guide_normals: Tensor) -> Tensor:
-    """What is known of points without learned features (B, N, 15): distances in decimetres, so that all are of the size of 1.
+def point_values(
+    maps: Tensor,
+    guide: Tensor,
+    place: Tensor,
+    depth: Tensor,
+    guide_distance: Tensor,
+    guide_normals: Tensor,
+) -> Tensor:
+    """What is known of points without learned features (B, N, 15): distances in decimetres, so that
+    all are of the size of 1.
 
     Parameters
     ----------
@@ -157,26 +192,35 @@ def point_values(maps: Tensor, guide: Tensor, place: Tensor, depth: Tensor, guid
     seen = sample_map(torch.cat([maps, guide[:, 8:]], dim=1), place)
     before, behind = depth - seen[..., 6], seen[..., 7] - depth
     distances = torch.stack([before, behind, guide_distance, seen[..., 9]], dim=-1) / 0.1
-    return torch.cat([seen[..., :6], seen[..., 8:9], distances.clamp(-3, 3), depth[..., None], guide_normals], dim=-1)
+    return torch.cat(
+        [seen[..., :6], seen[..., 8:9], distances.clamp(-3, 3), depth[..., None], guide_normals],
+        dim=-1,
+    )
 
 
 class CoarseField(nn.Module):
     """Signed distance at points from the whole person's features (PIFuHD's coarse level).
 
-    The result blends the guide's distance with that of the solid between the two depth maps inside the mask, and corrects it.
+    The result blends the guide's distance with that of the solid between the two depth maps inside
+    the mask, and corrects it.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
         super().__init__()
         self.context = settings.context
-        self.trunk = _perceptron(settings.widths[0] + POINT_CHANNELS, settings.hidden, settings.context)
+        self.trunk = _perceptron(
+            settings.widths[0] + POINT_CHANNELS, settings.hidden, settings.context
+        )
         self.head = nn.Linear(settings.context, 2)
         nn.init.zeros_(self.head.weight)
         nn.init.zeros_(self.head.bias)
 
     def forward(self, features: Tensor, values: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
-        """Distance (B, N) and context (B, N, settings.context) of points with `point_values` (B, N, 15) at `place` (B, N, 2)."""
-        context = functional.leaky_relu(self.trunk(torch.cat([sample_map(features, place), values], dim=-1)), 0.1)
+        """Distance (B, N) and context (B, N, settings.context) of points with `point_values` (B, N,
+        15) at `place` (B, N, 2)."""
+        context = functional.leaky_relu(
+            self.trunk(torch.cat([sample_map(features, place), values], dim=-1)), 0.1
+        )
         share, change = self.head(context).float().unbind(-1)
         before, behind, guide, mask = values[..., 7:11].unbind(-1)
         slab = torch.maximum(torch.maximum(before, behind), mask)
@@ -187,8 +231,9 @@ class CoarseField(nn.Module):
 class FineEncoder(nn.Module):
     """Features of the photo at full resolution, fed by the normals (PIFuHD's fine level).
 
-    ``forward(photo (B, 4, S, S), maps (B, 8, S / 4, S / 4))`` gives (B, fine_width / 4 + 6, S / 2, S / 2): features, then finer normals
-    of front and back. It sees 17 px around a pixel only, so that it may be trained on parts of the frame.
+    ``forward(photo (B, 4, S, S), maps (B, 8, S / 4, S / 4))`` gives (B, fine_width / 4 + 6, S / 2,
+    S / 2): features, then finer normals of front and back. It sees 17 px around a pixel only, so
+    that it may be trained on parts of the frame.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
@@ -203,10 +248,16 @@ class FineEncoder(nn.Module):
 
     def forward(self, photo: Tensor, maps: Tensor) -> Tensor:
         """Features and finer normals."""
-        values = self.body(self.stem(torch.cat([functional.pixel_unshuffle(photo, 4), maps], dim=1)))
-        larger = functional.interpolate(maps[:, :6], scale_factor=2.0, mode="bilinear", align_corners=False)
+        values = self.body(
+            self.stem(torch.cat([functional.pixel_unshuffle(photo, 4), maps], dim=1))
+        )
+        larger = functional.interpolate(
+            maps[:, :6], scale_factor=2.0, mode="bilinear", align_corners=False
+        )
         normals = unit_normals(larger + functional.pixel_shuffle(self.normals(values), 2).float())
-        return torch.cat([normals, functional.pixel_shuffle(self.features(values), 2).float()], dim=1)
+        return torch.cat(
+            [normals, functional.pixel_shuffle(self.features(values), 2).float()], dim=1
+        )
 
 
 class FineField(nn.Module):
@@ -217,9 +268,15 @@ class FineField(nn.Module):
         inputs = settings.fine_width // 4 + 6 + settings.context + POINT_CHANNELS + 1
         self.trunk = _zero_last(_perceptron(inputs, settings.hidden // 2, 1))
 
-    def forward(self, fine: Tensor, place: Tensor, coarse: Tensor, context: Tensor, values: Tensor) -> Tensor:
-        """Distance (B, N) from the coarse one (B, N), its context, and `FineEncoder`'s map at `place` (B, N, 2) of that map."""
-        given = torch.cat([sample_map(fine, place), context, values, coarse[..., None].clamp(-0.1, 0.1) / 0.02], dim=-1)
+    def forward(
+        self, fine: Tensor, place: Tensor, coarse: Tensor, context: Tensor, values: Tensor
+    ) -> Tensor:
+        """Distance (B, N) from the coarse one (B, N), its context, and `FineEncoder`'s map at
+        `place` (B, N, 2) of that map."""
+        given = torch.cat(
+            [sample_map(fine, place), context, values, coarse[..., None].clamp(-0.1, 0.1) / 0.02],
+            dim=-1,
+        )
         change: Tensor = self.trunk(given).float()[..., 0]
         return coarse + 0.01 * change
 
@@ -233,16 +290,22 @@ class Painter(nn.Module):
     def __init__(self, settings: NetworkSettings) -> None:
         super().__init__()
         self.unet = UNet(16 * PHOTO_CHANNELS + 4 * (GUIDE_CHANNELS + MAP_CHANNELS), settings.widths)
-        self.trunk = _zero_last(_perceptron(settings.widths[0] + POINT_CHANNELS + 3 + 4, settings.hidden, 4))
+        self.trunk = _zero_last(
+            _perceptron(settings.widths[0] + POINT_CHANNELS + 3 + 4, settings.hidden, 4)
+        )
 
     def features(self, photo: Tensor, guide: Tensor, maps: Tensor) -> Tensor:
-        """Features (B, widths[0], 128, 128) of the photo (B, 4, 512, 512), the guide and the maps (256 px)."""
+        """Features (B, widths[0], 128, 128) of the photo (B, 4, 512, 512), the guide and the maps
+        (256 px)."""
         small = functional.pixel_unshuffle(torch.cat([guide, maps], dim=1), 2)
         result: Tensor = self.unet(torch.cat([functional.pixel_unshuffle(photo, 4), small], dim=1))
         return result
 
-    def forward(self, features: Tensor, photo: Tensor, values: Tensor, normals: Tensor, place: Tensor) -> Tensor:
-        """Colours (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals (B, N, 3) at `place`."""
+    def forward(
+        self, features: Tensor, photo: Tensor, values: Tensor, normals: Tensor, place: Tensor
+    ) -> Tensor:
+        """Colours (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals (B, N,
+        3) at `place`."""
         seen = sample_map(photo, place)
         given = torch.cat([sample_map(features, place), values, normals, seen], dim=-1)
         result = self.trunk(given).float()

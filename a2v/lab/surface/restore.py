@@ -1,4 +1,5 @@
-"""Networks of the implicit surface out of the ONNX files that ``export/reconstruction.py`` wrote."""
+"""Networks of the implicit surface out of the ONNX files that ``export/reconstruction.py``
+wrote."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _NAMES = {
 
 
 def restore_networks(networks: nn.Module, folder: str | os.PathLike[str], stage: str) -> None:
-    """Give fresh networks of a stage the weights of a folder with ``person_*.onnx``; normalisations change nothing, see `a2v.lab.untracing.calibrate`.
+    """Give fresh networks of a stage the weights of a folder with ``person_*.onnx``; normalisations
+    change nothing, see `a2v.lab.untracing.calibrate`.
 
     Parameters
     ----------

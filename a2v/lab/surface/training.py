@@ -1,4 +1,5 @@
-"""Training of the networks of the implicit surface, stage by stage: shape, then detail and colour on top of it.
+"""Training of the networks of the implicit surface, stage by stage: shape, then detail and colour
+on top of it.
 
 A killed run resumes from its checkpoint, on a CPU or with CUDA.
 """
@@ -19,9 +20,24 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from a2v.errors import InputError
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.runs import (
+    RateSchedule,
+    Run,
+    RunSettings,
+    Training,
+    carry_on,
+    identity,
+    read_checkpoint,
+)
 from a2v.lab.studio.view import list_views
-from a2v.lab.surface.batches import Example, Prepared, ViewReader, align_example, make_example, stack
+from a2v.lab.surface.batches import (
+    Example,
+    Prepared,
+    ViewReader,
+    align_example,
+    make_example,
+    stack,
+)
 from a2v.lab.surface.networks import (
     OCCUPANCY_WIDTH,
     CoarseField,
@@ -69,8 +85,8 @@ class ReconstructionSettings(RunSettings):
     half : bool
         bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
     initial : str
-        Folder of another run whose networks to begin with, or of a model's ONNX files, "shipped" for those that come with a2v, "" for
-        fresh ones: to go on with more views or another rate.
+        Folder of another run whose networks to begin with, or of a model's ONNX files, "shipped"
+        for those that come with a2v, "" for fresh ones: to go on with more views or another rate.
     """
 
     iterations: int = 10_000
@@ -107,7 +123,11 @@ class Detail(nn.Module):
 
 def make_networks(stage: Stage, settings: NetworkSettings) -> nn.Module:
     """Fresh networks of a stage."""
-    kinds: Mapping[str, Callable[[NetworkSettings], nn.Module]] = {"shape": Shape, "detail": Detail, "color": Painter}
+    kinds: Mapping[str, Callable[[NetworkSettings], nn.Module]] = {
+        "shape": Shape,
+        "detail": Detail,
+        "color": Painter,
+    }
     return kinds[stage](settings).to(memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]
 
 
@@ -125,16 +145,25 @@ def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
     return network.eval()
 
 
-def _read_networks(folder: str | os.PathLike[str], stage: Stage) -> tuple[NetworkSettings, dict[str, Tensor]]:
+def _read_networks(
+    folder: str | os.PathLike[str], stage: Stage
+) -> tuple[NetworkSettings, dict[str, Tensor]]:
     """Sizes and weights of a stage's networks in a run's folder."""
     content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
     return NetworkSettings(**content["network"]), content["model"]
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean of |error| near the surface in decimetres, beyond `REACH` of what is missing to it, plus the occupancy's cross entropy."""
-    error = torch.where(true.abs() > REACH, functional.relu(REACH - true.sign() * predicted), (predicted - true).abs())
-    occupancy = functional.binary_cross_entropy_with_logits(-predicted / OCCUPANCY_WIDTH, (true < 0).float())
+    """Mean of |error| near the surface in decimetres, beyond `REACH` of what is missing to it, plus
+    the occupancy's cross entropy."""
+    error = torch.where(
+        true.abs() > REACH,
+        functional.relu(REACH - true.sign() * predicted),
+        (predicted - true).abs(),
+    )
+    occupancy = functional.binary_cross_entropy_with_logits(
+        -predicted / OCCUPANCY_WIDTH, (true < 0).float()
+    )
     return error.mean() / 0.1 + occupancy
 
 
@@ -149,7 +178,8 @@ def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
 
 
 def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, what an error has over 15 cm counts a tenth."""
+    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, what an
+    error has over 15 cm counts a tenth."""
     there = torch.isfinite(true)
     error = (predicted - torch.nan_to_num(true)).abs()
     error = torch.where(error < 0.15, error, 0.15 + 0.1 * (error - 0.15)) / 0.1
@@ -180,12 +210,26 @@ class StageTraining(Training):
         settings: ReconstructionSettings,
     ) -> None:
         super().__init__()
-        self.stage, self.views, self.network, self.settings, self.device = stage, views, network, settings, settings.claim()
+        self.stage, self.views, self.network, self.settings, self.device = (
+            stage,
+            views,
+            network,
+            settings,
+            settings.claim(),
+        )
         torch.manual_seed(settings.seed)
-        self.shape = None if stage == "shape" else load_networks(folder, "shape").to(self.device).requires_grad_(False)
+        self.shape = (
+            None
+            if stage == "shape"
+            else load_networks(folder, "shape").to(self.device).requires_grad_(False)
+        )
         self.model = make_networks(stage, network).to(self.device)
-        self.optimizer = torch.optim.AdamW(self.model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
-        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=200)
+        self.optimizer = torch.optim.AdamW(
+            self.model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
+        )
+        self.rate = RateSchedule(
+            peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=200
+        )
         self.generator = np.random.default_rng(settings.seed)
         self.files: list[Path] = []
         self.reader = ViewReader()
@@ -201,7 +245,9 @@ class StageTraining(Training):
             return
         found, weights = _read_networks(self.settings.initial, self.stage)
         if found != self.network:
-            raise InputError(f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
+            raise InputError(
+                f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out"
+            )
         self.model.load_state_dict(weights)
 
     def step(self) -> dict[str, float]:
@@ -210,7 +256,9 @@ class StageTraining(Training):
         self.model.train()
         losses = self._losses(batch)
         self.descend(torch.stack(list(losses.values())).sum(), largest_gradient=1.0)
-        return {"views": float(len(self.files))} | {name: float(value.detach()) for name, value in losses.items()}
+        return {"views": float(len(self.files))} | {
+            name: float(value.detach()) for name, value in losses.items()
+        }
 
     def _batch(self) -> tuple[list[Prepared], list[Example]]:
         """Views and examples of an iteration."""
@@ -220,12 +268,22 @@ class StageTraining(Training):
         chosen = generator.integers(0, len(self.files), settings.batch_size)
         crop = settings.crop if self.stage == "detail" else 0
         views = [self.reader(self.files[i]) for i in chosen]
-        return views, [make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop) for one in views]
+        return views, [
+            make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop)
+            for one in views
+        ]
 
     def _losses(self, batch: tuple[list[Prepared], list[Example]]) -> dict[str, Tensor]:
         """Weighted losses of a batch."""
         views, examples = batch
-        return _losses(self.model, self.shape, stack(examples), functools.partial(_align, views, examples), self.settings, self.device)
+        return _losses(
+            self.model,
+            self.shape,
+            stack(examples),
+            functools.partial(_align, views, examples),
+            self.settings,
+            self.device,
+        )
 
     def content(self) -> dict[str, Any]:
         """Weights, the sizes that they have, and the generator's state."""
@@ -252,7 +310,8 @@ def train_reconstruction(
 ) -> nn.Module:
     """Train, or go on with, a stage in `folder`.
 
-    Writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``<stage>/log.csv``.
+    Writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and
+    ``<stage>/log.csv``.
 
     Parameters
     ----------
@@ -267,23 +326,35 @@ def train_reconstruction(
     Raises
     ------
     InputError
-        No views, an unknown stage, no trained shape, other settings than those of the checkpoint, an initial run that lacks the stage or
-        has other networks, or a training that diverges.
+        No views, an unknown stage, no trained shape, other settings than those of the checkpoint,
+        an initial run that lacks the stage or has other networks, or a training that diverges.
     """
     if stage not in STAGES:
         raise InputError(f"unknown stage '{stage}'; choose from {', '.join(STAGES)}")
     network, settings = network or NetworkSettings(), settings or ReconstructionSettings()
-    run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
+    run = Run(
+        Path(folder) / stage / FILE,
+        identity(network, settings, digest=stage),
+        settings.checkpoint_seconds,
+    )
     training = StageTraining(stage, views=views, folder=folder, network=network, settings=settings)
     carry_on(training, run, settings, iterations=settings.iterations, on_log=on_log)
     return training.model.eval()
 
 
-def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:
+def _align(
+    views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor
+) -> dict[str, Tensor]:
     """`align_example` of a batch with maps (B, 8, 256, 256)."""
     depths = maps[:, 6:].detach().float().cpu().numpy()
-    told = [align_example(view, example, depth) for view, example, depth in zip(views, examples, depths, strict=True)]
-    return {name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device) for name in told[0]}
+    told = [
+        align_example(view, example, depth)
+        for view, example, depth in zip(views, examples, depths, strict=True)
+    ]
+    return {
+        name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device)
+        for name in told[0]
+    }
 
 
 def _losses(
@@ -322,7 +393,9 @@ def _losses(
             features, maps = shape.encoder(photo, guide)
             values = values_of(maps)
         if isinstance(model, Painter):
-            colors = model(model.features(photo, guide, maps), photo, values, points["normals"], place)
+            colors = model(
+                model.features(photo, guide, maps), photo, values, points["normals"], place
+            )
             return {"color": (colors - points["colors"]).abs().mean()}
         assert isinstance(model, Detail)
         with torch.no_grad():

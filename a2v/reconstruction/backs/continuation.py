@@ -12,7 +12,17 @@ from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface
+from a2v.reconstruction.backs.labels import (
+    HAIR,
+    HANDS,
+    KINDS,
+    LOWER,
+    SHOES,
+    SKIN,
+    UPPER,
+    Seen,
+    label_surface,
+)
 from a2v.reconstruction.backs.matching import Unrolled, match_surface
 from a2v.reconstruction.backs.pieces import neighbor_mean
 from a2v.reconstruction.backs.rings import around
@@ -58,24 +68,33 @@ class Continuation:
     _scale: float
 
     def on_vertices(self) -> FloatArray:
-        """The detail (V, 3) of each vertex, averaged over its patch; 0 where nothing is continued."""
+        """The detail (V, 3) of each vertex, averaged over its patch; 0 where nothing is
+        continued."""
         import cv2
 
         found = np.zeros((len(self.labels), 3))
         spacing = max(0.5, 0.4 * 0.007 * self._scale)
-        found[self.continues] = sample_image(cv2.GaussianBlur(self._detail, (0, 0), spacing), self._place[self.continues])
+        found[self.continues] = sample_image(
+            cv2.GaussianBlur(self._detail, (0, 0), spacing), self._place[self.continues]
+        )
         return found
 
     def at(self, points: FloatArray, corners: IntArray, weights: FloatArray) -> FloatArray:
-        """The detail (n, 3) at points (n, 3) of faces with `corners` (n, 3), at barycentric `weights` (n, 3)."""
+        """The detail (n, 3) at points (n, 3) of faces with `corners` (n, 3), at barycentric
+        `weights` (n, 3)."""
         share = weights**3 * self.continues[corners]
         share = share / np.maximum((weights**3).sum(axis=1, keepdims=True), 1e-9)
         total = np.zeros((len(points), 3))
         for corner in range(3):
             own = np.flatnonzero(share[:, corner] > 1e-3)
             vertex = corners[own, corner]
-            way = np.einsum("nij,nj->ni", self._maps[vertex], points[own] - self._vertices[vertex]) * self._scale
-            total[own] += share[own, corner, None] * sample_image(self._detail, self._place[vertex] + way * [1, -1])
+            way = (
+                np.einsum("nij,nj->ni", self._maps[vertex], points[own] - self._vertices[vertex])
+                * self._scale
+            )
+            total[own] += share[own, corner, None] * sample_image(
+                self._detail, self._place[vertex] + way * [1, -1]
+            )
         return total
 
     def report(self) -> Mapping[str, float]:
@@ -85,34 +104,62 @@ class Continuation:
 
 
 def continue_photo(
-    seen: Seen, faces: IntArray, normals: FloatArray, clean: FloatArray, camera: OrthographicCamera, *, seed: int = 0
+    seen: Seen,
+    faces: IntArray,
+    normals: FloatArray,
+    clean: FloatArray,
+    camera: OrthographicCamera,
+    *,
+    seed: int = 0,
 ) -> Continuation:
     """Continue a photo's clean colours (H, W, 3) over the surface that `camera` saw of it."""
     import cv2
 
     labels, strange = label_surface(seen)
     if seen.rest is not None:
-        parts = seen.parts if seen.cloth is None else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
+        parts = (
+            seen.parts
+            if seen.cloth is None
+            else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
+        )
         labels = around(labels, seen.rest, parts, seen.known)
     vertices = np.asarray(seen.vertices, np.float64)
     twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
-    shown = np.where(twins, seen.twin, np.arange(len(labels)))  # what stands for each vertex in the photo, if not what is before it
-    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS))
+    shown = np.where(
+        twins, seen.twin, np.arange(len(labels))
+    )  # what stands for each vertex in the photo, if not what is before it
+    exemplar = make_exemplar(
+        clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS)
+    )
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
-    own = np.where(labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None])
+    own = np.where(
+        labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None]
+    )
     # a shoe's heel is nothing like its laces
     woven = np.where(labels == SHOES, 0, labels)
     place, continues = match_surface(
-        exemplar, Unrolled(vertices, maps, seen.neighbors), woven, home=exemplar.camera.project(vertices[shown]), known=seen.known, seed=seed
+        exemplar,
+        Unrolled(vertices, maps, seen.neighbors),
+        woven,
+        home=exemplar.camera.project(vertices[shown]),
+        known=seen.known,
+        seed=seed,
     )
     height, width = clean.shape[:2]
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
     nearest = _nearest_shown(exemplar, vertices[shown])
     # what another limb, or other stuff, is before has tinted what is expected
     other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
-    doubtful = (_before(exemplar, vertices[shown]) | other_before | strange | strange[np.where(twins, seen.twin, seen.front)]) & ~seen.known
+    doubtful = (
+        _before(exemplar, vertices[shown])
+        | other_before
+        | strange
+        | strange[np.where(twins, seen.twin, seen.front)]
+    ) & ~seen.known
     # a network expects skin below short hair, and hair where it has seen no face
-    unlike = ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
+    unlike = (
+        ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
+    )
     return Continuation(
         labels=labels, expected=_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), doubtful=doubtful | unlike, neighbors=own, continues=continues,
         _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
@@ -124,18 +171,23 @@ def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
     """Whether a print stands right before each vertex (V,)."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.prints.shape
-    return np.asarray(exemplar.prints[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
+    return np.asarray(
+        exemplar.prints[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)]
+    )
 
 
 def _nearest_shown(exemplar: Exemplar, vertices: FloatArray) -> IntArray:
     """The label (V,) that the photo shows at each vertex's pixel."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.labels.shape
-    return np.asarray(exemplar.labels[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
+    return np.asarray(
+        exemplar.labels[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)]
+    )
 
 
 def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) -> FloatArray:
-    """From nearly 0 at a border between labels to 1 (V,) at `TINTED` from it: what is expected there is a mixture of both."""
+    """From nearly 0 at a border between labels to 1 (V,) at `TINTED` from it: what is expected
+    there is a mixture of both."""
     from scipy.spatial import cKDTree
 
     border = (neighbors == np.arange(len(labels))[:, None]).any(axis=1)
@@ -146,28 +198,50 @@ def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) ->
 
 
 def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
-    """How much (V, 1) of `others` (V, 3) to take: all where they have another hue; light and gloss alone are the photo's, not the other side's."""
+    """How much (V, 1) of `others` (V, 3) to take: all where they have another hue; light and gloss
+    alone are the photo's, not the other side's."""
     from skimage.color import rgb2lab
 
     away = (rgb2lab(np.clip(others, 0, 1)) - rgb2lab(np.clip(colors, 0, 1)))[:, 1:]
     return np.asarray(np.clip(np.linalg.norm(away, axis=1, keepdims=True) / OTHER_HUE, 0, 1))
 
 
-def _smooth(seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray) -> FloatArray:
-    """The expected colours (V, 3) smoothed within each label: the other side's where there are `twins` (V,); `doubtful` (V,) ones do not count."""
+def _smooth(
+    seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray
+) -> FloatArray:
+    """The expected colours (V, 3) smoothed within each label: the other side's where there are
+    `twins` (V,); `doubtful` (V,) ones do not count."""
     from scipy.spatial import cKDTree
 
-    spacing = float(np.median(np.linalg.norm(seen.vertices[seen.neighbors] - seen.vertices[:, None], axis=2)))
+    spacing = float(
+        np.median(np.linalg.norm(seen.vertices[seen.neighbors] - seen.vertices[:, None], axis=2))
+    )
     rounds = int(np.clip(round(2 * (BROAD / max(spacing, 1e-4)) ** 2 / 2), 1, 40))
     mixing: Any = neighbor_mean(neighbors)
-    weight = (np.where(seen.known | twins, 1.0, TRUST[labels] * _from_border(seen.vertices, labels, neighbors)) * ~doubtful)[:, None]
-    colors = seen.colors + np.where(twins[:, None], _hue_share(seen.colors, seen.colors[seen.twin]) * (seen.colors[seen.twin] - seen.colors), 0.0)
+    weight = (
+        np.where(
+            seen.known | twins, 1.0, TRUST[labels] * _from_border(seen.vertices, labels, neighbors)
+        )
+        * ~doubtful
+    )[:, None]
+    colors = seen.colors + np.where(
+        twins[:, None],
+        _hue_share(seen.colors, seen.colors[seen.twin]) * (seen.colors[seen.twin] - seen.colors),
+        0.0,
+    )
     value = weight * np.nan_to_num(colors)
     for _ in range(rounds):
         value, weight = mixing @ value, mixing @ weight
     smooth = value / np.maximum(weight, 1e-300)
     lost = weight[:, 0] < 1e-6  # deep within what does not count
     for kind in np.unique(labels[lost]):
-        own, good = np.flatnonzero(lost & (labels == kind)), np.flatnonzero(~lost & (labels == kind))
-        smooth[own] = smooth[good[cKDTree(seen.vertices[good]).query(seen.vertices[own], workers=1)[1]]] if len(good) else colors[own]
+        own, good = (
+            np.flatnonzero(lost & (labels == kind)),
+            np.flatnonzero(~lost & (labels == kind)),
+        )
+        smooth[own] = (
+            smooth[good[cKDTree(seen.vertices[good]).query(seen.vertices[own], workers=1)[1]]]
+            if len(good)
+            else colors[own]
+        )
     return np.asarray(smooth)

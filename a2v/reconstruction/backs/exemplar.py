@@ -19,7 +19,8 @@ SPACING = 0.004
 BARE = 0.006
 """The same for skin: what is broader on it are veins, knuckles and light."""
 PATTERN = 0.044
-"""Stuff has a broad pattern if a quarter of what lies between the two is more than this: stripes of 8 cm, but no folds, checks or camouflage."""
+"""Stuff has a broad pattern if a quarter of what lies between the two is more than this: stripes of
+8 cm, but no folds, checks or camouflage."""
 FAR = 0.05
 """What repeats does so at least this far away across the limb, metres."""
 
@@ -66,7 +67,8 @@ def make_exemplar(
     labels: IntArray,
     apart: BoolArray,
 ) -> Exemplar:
-    """The exemplar of a photo's clean colours (H, W, 3) at `SPACING` metres a pixel (its own where that is coarser).
+    """The exemplar of a photo's clean colours (H, W, 3) at `SPACING` metres a pixel (its own where
+    that is coarser).
 
     `labels` (V,) are the surface's; nothing is taken from where it lies `apart` (V,).
     """
@@ -83,31 +85,50 @@ def make_exemplar(
     columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     front = float(vertices[:, 2].max()) + 1.0
     origins = grid.unproject(np.stack([columns, rows], axis=-1).reshape(-1, 2), front)
-    hits = RayScene(vertices, faces).cast(np.asarray(origins, np.float32), np.array([0, 0, -1], np.float32))
-    corner = np.concatenate([1 - hits.barycentric.sum(axis=1, keepdims=True), hits.barycentric], axis=1).argmax(axis=1)
+    hits = RayScene(vertices, faces).cast(
+        np.asarray(origins, np.float32), np.array([0, 0, -1], np.float32)
+    )
+    corner = np.concatenate(
+        [1 - hits.barycentric.sum(axis=1, keepdims=True), hits.barycentric], axis=1
+    ).argmax(axis=1)
     nearest = faces[np.where(hits.hit, hits.face, 0), corner]
     shown = hits.hit.reshape(height, width)
     label = np.where(shown, labels[nearest].reshape(height, width), 0)
-    square = shown & (normals[nearest, 2].reshape(height, width) > 0.45) & ~apart[nearest].reshape(height, width)
+    square = (
+        shown
+        & (normals[nearest, 2].reshape(height, width) > 0.45)
+        & ~apart[nearest].reshape(height, width)
+    )
     turned = normals[nearest, 2].reshape(height, width) < 0.75
     base, sources, prints = small.copy(), np.zeros_like(shown), np.zeros_like(shown)
     metre = grid.scale
     for kind in np.unique(label[label > 0]):
         own = label == kind
-        base[own] = _base(small, own, own & square, metre, plain=BARE if kind == SKIN else FINE)[own]
+        base[own] = _base(small, own, own & square, metre, plain=BARE if kind == SKIN else FINE)[
+            own
+        ]
         good = _inner(own & square, 0.012 * metre)
-        odd = non_repeating(small, own & square, own & square & turned, metre) & own if kind in (UPPER, LOWER) else np.zeros_like(own)
+        odd = (
+            non_repeating(small, own & square, own & square & turned, metre) & own
+            if kind in (UPPER, LOWER)
+            else np.zeros_like(own)
+        )
         prints |= odd
         sources |= good & ~odd
     return Exemplar(grid, small, base, label, sources, prints)
 
 
-def _base(image: FloatArray, region: BoolArray, clear: BoolArray, metre: float, *, plain: float) -> FloatArray:
-    """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it is `clear` (H, W)."""
+def _base(
+    image: FloatArray, region: BoolArray, clear: BoolArray, metre: float, *, plain: float
+) -> FloatArray:
+    """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it
+    is `clear` (H, W)."""
     broad, fine = _within(image, region, BROAD * metre), _within(image, region, plain * metre)
     if plain < FINE:
         return fine
-    between = np.abs(fine - broad)[clear]  # borders between two colours are no pattern: not the mean
+    between = np.abs(fine - broad)[
+        clear
+    ]  # borders between two colours are no pattern: not the mean
     return broad if len(between) and float(np.quantile(between, 0.75)) > PATTERN else fine
 
 
@@ -130,12 +151,16 @@ def _inner(region: BoolArray, margin: float) -> BoolArray:
     return np.asarray(depth > min(margin, 0.45 * deepest))
 
 
-def non_repeating(image: FloatArray, region: BoolArray, turned: BoolArray, metre: float) -> BoolArray:
-    """Where a region (H, W) of a picture has what does not run around the limb: a print, a logo, a tie, a zip, a shirt under a jacket.
+def non_repeating(
+    image: FloatArray, region: BoolArray, turned: BoolArray, metre: float
+) -> BoolArray:
+    """Where a region (H, W) of a picture has what does not run around the limb: a print, a logo, a
+    tie, a zip, a shirt under a jacket.
 
-    Patches of 3 cm are compared by colour. What runs around is seen where the surface is `turned` (H, W) to the side, too, `FAR` or more
-    beside it, at any height: stripes, checks, camouflage, folds. What is like nothing there is none of it. More than 45 % of a region is its
-    texture. `metre` is pixels.
+    Patches of 3 cm are compared by colour. What runs around is seen where the surface is `turned`
+    (H, W) to the side, too, `FAR` or more beside it, at any height: stripes, checks, camouflage,
+    folds. What is like nothing there is none of it. More than 45 % of a region is its texture.
+    `metre` is pixels.
     """
     import cv2
     from scipy.spatial import cKDTree
@@ -152,12 +177,21 @@ def non_repeating(image: FloatArray, region: BoolArray, turned: BoolArray, metre
         return none
     lab = rgb2lab(np.clip(_within(image, region, 0.005 * metre), 0, 1)).astype(np.float32)
     # light falls off towards the sides: what is broad counts by its hue
-    lab = np.concatenate([0.6 * (lab[..., :1] - _within(lab, region, 0.1 * metre)[..., :1]), 0.15 * lab[..., :1], lab[..., 1:]], axis=-1)
+    lab = np.concatenate(
+        [
+            0.6 * (lab[..., :1] - _within(lab, region, 0.1 * metre)[..., :1]),
+            0.15 * lab[..., :1],
+            lab[..., 1:],
+        ],
+        axis=-1,
+    )
     lab[~region] = 0
     reach = np.array([-0.013, 0.0, 0.013]) * metre
     around = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2).round().astype(int)
     padded = np.pad(lab, ((16, 16), (16, 16), (0, 0)))
-    features = np.concatenate([padded[rows + 16 + dy, columns + 16 + dx] for dx, dy in np.clip(around, -16, 16)], axis=1)
+    features = np.concatenate(
+        [padded[rows + 16 + dy, columns + 16 + dx] for dx, dy in np.clip(around, -16, 16)], axis=1
+    )
     away, other = cKDTree(features[aside]).query(features, k=min(24, len(aside)), workers=1)
     beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * metre
     rare = np.where(beside.any(axis=1), np.where(beside, away, np.inf).min(axis=1), away[:, -1])

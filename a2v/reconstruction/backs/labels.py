@@ -1,4 +1,5 @@
-"""What a surface wears where: skin, hair, upper and lower garment, shoes, told from the photo and carried around to the back."""
+"""What a surface wears where: skin, hair, upper and lower garment, shoes, told from the photo and
+carried around to the back."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
-"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none explains."""
+"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none
+explains."""
 UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
 
 _HEAD = ("head", "neck")
@@ -48,9 +50,11 @@ class Costs:
     skin_on_torso, hair : float
         So many times that, where skin stands before the trunk, and where hair does.
     below_neckline : float
-        Skin on the trunk behind a neckline, where there is an upper garment: collars are higher behind.
+        Skin on the trunk behind a neckline, where there is an upper garment: collars are higher
+        behind.
     expected, expected_hidden : float
-        Share that an expected colour counts for against the photo's, and where scalp or bare skin is known to be.
+        Share that an expected colour counts for against the photo's, and where scalp or bare skin
+        is known to be.
     no_hair, no_skin : float
         Another label on the scalp than hair; on what is bare of who turns away, than skin.
     unlike_twin : float
@@ -91,18 +95,22 @@ _COSTS = Costs()
 
 @dataclass(frozen=True, kw_only=True)
 class PaletteSettings:
-    """How the typical colours of each label are taken from the photo. Set by hand; there is no published source.
+    """How the typical colours of each label are taken from the photo. Set by hand; there is no
+    published source.
 
     Attributes
     ----------
     skin : float
         A vertex within this CIELAB distance of the face's colour is bare skin.
     few, many : int
-        Least number of vertices that a small part (crown, shoes) and a large part (trunk, thighs) must show.
+        Least number of vertices that a small part (crown, shoes) and a large part (trunk, thighs)
+        must show.
     trunk : (float, float)
-        The upper garment is sampled between these quantiles of the trunk's heights: below the collar, above the belt.
+        The upper garment is sampled between these quantiles of the trunk's heights: below the
+        collar, above the belt.
     crown, thigh : float
-        Hair and the lower garment are sampled above these quantiles of the head's and the thighs' heights.
+        Hair and the lower garment are sampled above these quantiles of the head's and the thighs'
+        heights.
     share : float
         A cluster with a smaller share of the vertices is dropped.
     """
@@ -151,14 +159,17 @@ class Seen:
     vertices : (V, 3)
         Metres.
     colors : (V, 3)
-        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB in [0, 1].
+        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB
+        in [0, 1].
     known : (V,) bool
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     front : (V,) int
-        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its mirrored counterpart for those behind.
+        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its
+        mirrored counterpart for those behind.
     twin : (V,) int
-        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where the photo does not show it.
+        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where
+        the photo does not show it.
     scalp : (V,) bool
         Where hair grows on a head that has some.
     bare : (V,) bool
@@ -170,7 +181,8 @@ class Seen:
     face : (V,) bool
         Vertices within the face, of which nothing is continued.
     rest : (V, 3), optional
-        Where they are at rest, metres: garments' borders run around the body there. None: borders are as they are found.
+        Where they are at rest, metres: garments' borders run around the body there. None: borders
+        are as they are found.
     cloth : (V,) bool, optional
         What is neither skin nor hair nor shoe: a layer that hangs.
     """
@@ -198,11 +210,13 @@ LIMB_PARTS: tuple[tuple[str, ...], ...] = (
     _HEAD, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
     *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
 )  # fmt: skip
-"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is there."""
+"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is
+there."""
 
 
 def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArray:
-    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of any limb where the photo shows none of it.
+    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of
+    any limb where the photo shows none of it.
 
     A hand before the belly says nothing of the back.
     """
@@ -218,18 +232,22 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
-    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a colour that is not their label's: prints.
+    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a colour
+    that is not their label's: prints.
 
-    What the photo shows is sorted by colour: every label has a palette from the parts that it lies on for certain (hair: the crown; the
-    upper garment: the chest; the lower one: the thighs). Behind, the expected colours speak, and so does the label right before: hems,
-    belts and collars run around at their height. Both are smoothed over the surface.
+    What the photo shows is sorted by colour: every label has a palette from the parts that it lies
+    on for certain (hair: the crown; the upper garment: the chest; the lower one: the thighs).
+    Behind, the expected colours speak, and so does the label right before: hems, belts and collars
+    run around at their height. Both are smoothed over the surface.
     """
     lab = _lab(seen.colors)
     palettes = _palettes(seen, lab)
     if not palettes:
         return np.full(len(lab), UNSURE), np.zeros(len(lab), bool)
     kinds = np.array(sorted(palettes))
-    cost = np.stack([_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1)
+    cost = np.stack(
+        [_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1
+    )
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
         cost[:, column] += _reluctance(seen, int(kind), palettes)
@@ -237,12 +255,19 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
             cost[seen.cloth, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
-    # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
+    # behind: a blurred expectation is less of a witness than the photo, and what stands before it
+    # another one
     mirrored = chosen[seen.front]
     before = _COSTS.unlike_before * (np.arange(len(kinds)) != mirrored[:, None])
-    before *= np.where(seen.on("torso")[:, None] & (kinds == SKIN), _COSTS.skin_on_torso, np.where(kinds == HAIR, _COSTS.hair, 1.0))
+    before *= np.where(
+        seen.on("torso")[:, None] & (kinds == SKIN),
+        _COSTS.skin_on_torso,
+        np.where(kinds == HAIR, _COSTS.hair, 1.0),
+    )
     before[seen.face[seen.front] | seen.on("head")] = 0
-    neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # those are the front's: behind, collars are higher
+    neckline = seen.on("torso") & (
+        kinds[mirrored] == SKIN
+    )  # those are the front's: behind, collars are higher
     before[neckline] = np.where(kinds == SKIN, _COSTS.below_neckline * (UPPER in palettes), 0.0)
     trust = np.full((len(lab), 1), _COSTS.expected)
     if HAIR in palettes:  # it reaches the nape, whatever is expected there
@@ -253,13 +278,20 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         before[seen.bare] += _COSTS.no_skin * (kinds != SKIN)
     twins = seen.twin >= 0
     before[twins] = _COSTS.unlike_twin * (np.arange(len(kinds)) != chosen[seen.twin[twins], None])
-    behind = _smoothed(seen, np.minimum(trust * cost, _COSTS.most_expected) + before, fixed=np.where(seen.known, chosen, -1), rounds=_BEHIND_ROUNDS)
+    behind = _smoothed(
+        seen,
+        np.minimum(trust * cost, _COSTS.most_expected) + before,
+        fixed=np.where(seen.known, chosen, -1),
+        rounds=_BEHIND_ROUNDS,
+    )
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
     labels, strange = kinds[final], best > _COSTS.print_from
     loose = loose_hair(seen, labels)
     if loose.any():
-        labels[loose] = kinds[np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)]
+        labels[loose] = kinds[
+            np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)
+        ]
     labels[best > _NEVER] = UNSURE
     for kind in kinds:  # what is mostly of another colour is something else
         own = labels == kind
@@ -269,7 +301,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
 
 
 def _trunk_height(seen: Seen) -> FloatArray:
-    """How high (V,) vertices are along the trunk, metres: along the way from the thighs to the head, however the person leans."""
+    """How high (V,) vertices are along the trunk, metres: along the way from the thighs to the
+    head, however the person leans."""
     thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*_HEAD)
     up = np.array([0.0, 1.0, 0.0])
     if thighs.any() and head.any():
@@ -278,7 +311,8 @@ def _trunk_height(seen: Seen) -> FloatArray:
 
 
 def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
-    """What a label costs (V,) on parts that seldom wear it: clothes of the colour of skin, hair or shoes are clothes."""
+    """What a label costs (V,) on parts that seldom wear it: clothes of the colour of skin, hair or
+    shoes are clothes."""
     from scipy.spatial import cKDTree
 
     cost = np.zeros(len(seen.parts))
@@ -289,7 +323,9 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
         cost[seen.on(*_ARMS)] = _COSTS.skin_on_arms
     elif kind == LOWER and UPPER in palettes:
         torso, height = seen.on("torso"), _trunk_height(seen)
-        cost[torso] = _COSTS.lower_on_trunk * (height[torso] > np.quantile(height[torso], _COSTS.chest))
+        cost[torso] = _COSTS.lower_on_trunk * (
+            height[torso] > np.quantile(height[torso], _COSTS.chest)
+        )
     elif kind == HAIR:
         torso, head = seen.on("torso"), seen.on("head")
         if torso.any() and head.any():
@@ -300,11 +336,14 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
 
 def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
-    """Vertices (V,) that look like hair but hang from no head: dark cloth; and small islands on its unseen side, where nobody has a tuft alone."""
+    """Vertices (V,) that look like hair but hang from no head: dark cloth; and small islands on its
+    unseen side, where nobody has a tuft alone."""
     hair = labels == HAIR
     piece = joined_pieces(hair, seen.neighbors)
     size = np.bincount(piece, hair & seen.on("head"))
-    held = (size >= 20) & ((np.bincount(piece, hair & seen.known) > 0) | (size >= TUFT * size.max()))
+    held = (size >= 20) & (
+        (np.bincount(piece, hair & seen.known) > 0) | (size >= TUFT * size.max())
+    )
     return np.asarray(hair & ~held[piece])
 
 
@@ -316,11 +355,18 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     bare = np.zeros(len(lab), bool)
     if skin is not None:
         # in shadow skin is still skin, but a shirt may have its hue
-        bare = np.linalg.norm((lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1) < _PALETTE.skin
+        bare = (
+            np.linalg.norm(
+                (lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1
+            )
+            < _PALETTE.skin
+        )
     height = _trunk_height(seen)
     found: dict[int, FloatArray] = {}
     if skin is not None:
-        found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3)
+        found[SKIN] = _centers(
+            lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3
+        )
     head = seen.known & seen.on("head") & ~seen.face
     if head.sum() > _PALETTE.few:
         crown = head & (height > np.quantile(height[head], _PALETTE.crown)) & ~bare
@@ -347,7 +393,8 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
 
 
 def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:
-    """At most `count` centres of colours (N, 3) by k-means, those of few colours left out; `start` (1, 3) joins them."""
+    """At most `count` centres of colours (N, 3) by k-means, those of few colours left out; `start`
+    (1, 3) joins them."""
     from scipy.cluster.vq import kmeans2
 
     none = np.zeros((0, 3)) if start is None else start
@@ -366,8 +413,16 @@ def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) 
     return np.asarray(away.min(axis=1))
 
 
-def _smoothed(seen: Seen, cost: FloatArray, *, fixed: IntArray | None, rounds: int, weight: float = _NEIGHBORS_WEIGHT) -> FloatArray:
-    """Costs (V, K) to which neighbours that are of another mind have added; those of `fixed` (V,), where not negative, never change theirs."""
+def _smoothed(
+    seen: Seen,
+    cost: FloatArray,
+    *,
+    fixed: IntArray | None,
+    rounds: int,
+    weight: float = _NEIGHBORS_WEIGHT,
+) -> FloatArray:
+    """Costs (V, K) to which neighbours that are of another mind have added; those of `fixed` (V,),
+    where not negative, never change theirs."""
     total = cost.copy()
     mixing = neighbor_mean(seen.neighbors)
     for _ in range(rounds):

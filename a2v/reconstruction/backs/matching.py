@@ -14,7 +14,8 @@ from a2v.types import BoolArray, FloatArray, IntArray
 ROUNDS = 4
 """Sweeps over the surface, there and back."""
 HEIGHT_WEIGHT = 0.02
-"""Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5 cm."""
+"""Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5
+cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +44,16 @@ def match_surface(
     known: BoolArray,
     seed: int = 0,
 ) -> tuple[FloatArray, BoolArray]:
-    """Places (V, 2) in the exemplar, pixels, that vertices continue, and for which vertices (V,) there is one.
+    """Places (V, 2) in the exemplar, pixels, that vertices continue, and for which vertices (V,)
+    there is one.
 
-    The detail around each place goes on where its neighbours' ends, as well as can be: PatchMatch (Barnes et al. 2009) with a surface in place
-    of a target picture. A vertex tries what its neighbours have, moved by the way to it (`maps`), what lies around its own place, ever
-    nearer, and its own pixel, what is before it or at its mirrored spot; it keeps what differs least from what its neighbours expect around it. `known` vertices keep their
-    own pixels, so the pattern begins at the seam in phase; a small cost for places at another height along the limb keeps rings level.
+    The detail around each place goes on where its neighbours' ends, as well as can be: PatchMatch
+    (Barnes et al. 2009) with a surface in place of a target picture. A vertex tries what its
+    neighbours have, moved by the way to it (`maps`), what lies around its own place, ever nearer,
+    and its own pixel, what is before it or at its mirrored spot; it keeps what differs least from
+    what its neighbours expect around it. `known` vertices keep their own pixels, so the pattern
+    begins at the seam in phase; a small cost for places at another height along the limb keeps
+    rings level.
 
     Parameters
     ----------
@@ -69,15 +74,30 @@ def match_surface(
     order = _from_known(vertices, known & (labels > 0), wanted)
     place = np.where(known[:, None], home, -1.0)
     detail, metre = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
-    leash = HEIGHT_WEIGHT * np.array([_variance(detail, exemplar, kind) for kind in range(len(usable))])
+    leash = HEIGHT_WEIGHT * np.array(
+        [_variance(detail, exemplar, kind) for kind in range(len(usable))]
+    )
     maps = np.asarray(cloth.maps, np.float64)
     steps = vertices[:, None] - vertices[neighbors]
-    ways = metre * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
-    pools = [np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] + 0.5 for kind in range(len(usable))]
+    ways = (
+        metre * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
+    )
+    pools = [
+        np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] + 0.5
+        for kind in range(len(usable))
+    ]
     run, generator = compiled(_sweep), np.random.default_rng(seed)
     for sweep in range(2 * ROUNDS):
         way = order if sweep % 2 == 0 else order[::-1]
-        tries = _tries(way, place, home, labels, pools, reach=max(4.0, 0.125 * metre * 0.5**sweep), generator=generator)
+        tries = _tries(
+            way,
+            place,
+            home,
+            labels,
+            pools,
+            reach=max(4.0, 0.125 * metre * 0.5**sweep),
+            generator=generator,
+        )
         run(
             detail, exemplar.labels.astype(np.int64), exemplar.sources, neighbors.astype(np.int64), ways, labels.astype(np.int64),
             np.ascontiguousarray(way), place, home, tries, leash, metre,
@@ -93,9 +113,13 @@ def _variance(detail: FloatArray, exemplar: Exemplar, kind: int) -> float:
 def _tries(
     order: IntArray, place: FloatArray, home: FloatArray, labels: IntArray, pools: list[FloatArray], *, reach: float, generator: np.random.Generator
 ) -> FloatArray:  # fmt: skip
-    """Places (n, 10, 2) to try for the vertices of `order` (n,): their own, the mirrored one, five ever nearer to their own, three anywhere."""
+    """Places (n, 10, 2) to try for the vertices of `order` (n,): their own, the mirrored one, five
+    ever nearer to their own, three anywhere."""
     own = place[order][:, None]
-    around = own + (2 * generator.random((len(order), 5, 2)) - 1) * (reach * 0.5 ** np.arange(5))[:, None]
+    around = (
+        own
+        + (2 * generator.random((len(order), 5, 2)) - 1) * (reach * 0.5 ** np.arange(5))[:, None]
+    )
     around[place[order, 0] < 0] = -1.0
     anywhere, draws = np.full((len(order), 3, 2), -1.0), generator.random((len(order), 3))
     for kind, pool in enumerate(pools):
@@ -120,10 +144,12 @@ def _sweep(
     detail: Any, kinds: Any, sources: Any, neighbors: Any, ways: Any, labels: Any, order: Any, place: Any, home: Any, tries: Any,
     leash: Any, metre: float,
 ) -> None:  # fmt: skip
-    """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by numba.
+    """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by
+    numba.
 
-    `ways` (V, N, 2) lead to each vertex from its neighbours, pixels; `tries` (n, K, 2) are places to try for each of `order`, those below 0
-    none; `leash` (labels,) is what a square centimetre of height costs.
+    `ways` (V, N, 2) lead to each vertex from its neighbours, pixels; `tries` (n, K, 2) are places
+    to try for each of `order`, those below 0 none; `leash` (labels,) is what a square centimetre of
+    height costs.
     """
     height, width = kinds.shape
     count, extra = neighbors.shape[1], tries.shape[1]
@@ -135,7 +161,10 @@ def _sweep(
             j = neighbors[i, slot]
             if j == i or labels[j] != labels[i] or place[j, 0] < 0:
                 continue
-            expected[near, 0], expected[near, 1] = place[j, 0] + ways[i, slot, 0], place[j, 1] + ways[i, slot, 1]
+            expected[near, 0], expected[near, 1] = (
+                place[j, 0] + ways[i, slot, 0],
+                place[j, 1] + ways[i, slot, 1],
+            )
             candidates[near] = expected[near]
             near += 1
         candidates[near : near + extra] = tries[step]
@@ -160,7 +189,10 @@ def _sweep(
                 for dy in range(-4, 5, 2):
                     for dx in range(-4, 5, 2):
                         for channel in range(3):
-                            gap = detail[row + dy, column + dx, channel] - detail[y + dy, x + dx, channel]
+                            gap = (
+                                detail[row + dy, column + dx, channel]
+                                - detail[y + dy, x + dx, channel]
+                            )
                             total += gap * gap
             if terms:
                 cost += total / (25.0 * terms)

@@ -10,14 +10,17 @@ from a2v.types import BoolArray, IntArray
 
 
 def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
-    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other (`neighbors` (V, N)) are one, others alone."""
+    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other
+    (`neighbors` (V, N)) are one, others alone."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
     count, width = neighbors.shape
     ends = np.repeat(np.arange(count), width), neighbors.ravel()
     joined = chosen[ends[0]] & chosen[ends[1]]
-    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
+    graph = sp.csr_matrix(
+        (np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count)
+    )
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
@@ -27,4 +30,6 @@ def neighbor_mean(neighbors: IntArray) -> Any:
 
     count, width = neighbors.shape
     rows = np.repeat(np.arange(count), width)
-    return sp.csr_matrix((np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count))
+    return sp.csr_matrix(
+        (np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count)
+    )

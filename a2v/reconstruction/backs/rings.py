@@ -1,4 +1,5 @@
-"""Borders of garments that run around the body at their height: where the photo does not show a hem, a sleeve or a belt, it goes on as it is seen."""
+"""Borders of garments that run around the body at their height: where the photo does not show a
+hem, a sleeve or a belt, it goes on as it is seen."""
 
 from __future__ import annotations
 
@@ -17,13 +18,16 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], tuple[int, ...], tuple[int, ...]], ...
     ("leg", ("shin", "foot"), (UPPER, LOWER, SKIN), (SHOES,)),
     ("arm", ("upper_arm", "lower_arm", "hand"), (UPPER,), (SKIN,)),
 )
-"""What borders may run around: of which tube, on which of its parts, what is towards the trunk (of the trunk: above), and what beyond."""
+"""What borders may run around: of which tube, on which of its parts, what is towards the trunk (of
+the trunk: above), and what beyond."""
 _LEAST = 25
 """So many vertices of either side must be seen."""
 _EXPLAINED = 0.9
-"""A curve holds if it explains so large a share of what is seen of both sides, each counting a half."""
+"""A curve holds if it explains so large a share of what is seen of both sides, each counting a
+half."""
 _BAND = 0.12
-"""What is seen up to so far from the middle of the border counts, metres: beyond, it is no question."""
+"""What is seen up to so far from the middle of the border counts, metres: beyond, it is no
+question."""
 _OTHER = 0.3
 """What the mirrored limb shows counts for."""
 _WIDTH = 0.008
@@ -35,7 +39,8 @@ _UNSEEN_TILT = 0.004
 _MOST_TILT = 0.06
 """... and by which they do at most."""
 _HALF = 0.4
-"""The mean of the directions, as unit vectors, in which a border is seen is longer than this where it is seen from one side alone."""
+"""The mean of the directions, as unit vectors, in which a border is seen is longer than this where
+it is seen from one side alone."""
 _ROUNDS = 25
 """Steps of Newton's method."""
 
@@ -60,10 +65,13 @@ class _Tube:
 
 
 def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray) -> IntArray:
-    """Labels (V,) whose borders between garments, skin and shoes go on around the body where the photo does not show them.
+    """Labels (V,) whose borders between garments, skin and shoes go on around the body where the
+    photo does not show them.
 
-    Of each limb the border is a plane curve, ``height = a + b cos + c sin`` of the angle around the limb, that parts best what is seen of both sides of it
-    (logistic regression; the mirrored limb counts, too). Only vertices that are not `known` change, and only between the two kinds of stuff.
+    Of each limb the border is a plane curve, ``height = a + b cos + c sin`` of the angle around the
+    limb, that parts best what is seen of both sides of it (logistic regression; the mirrored limb
+    counts, too). Only vertices that are not `known` change, and only between the two kinds of
+    stuff.
 
     Parameters
     ----------
@@ -90,8 +98,16 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
     return result
 
 
-def _relabel(labels: IntArray, tube: _Tube, hidden: BoolArray, within: BoolArray, near: tuple[int, ...], far: tuple[int, ...]) -> None:
-    """Give what is hidden of a tube the stuff of its side of the border; where several may lie on that side, the one that is seen nearest along the tube."""
+def _relabel(
+    labels: IntArray,
+    tube: _Tube,
+    hidden: BoolArray,
+    within: BoolArray,
+    near: tuple[int, ...],
+    far: tuple[int, ...],
+) -> None:
+    """Give what is hidden of a tube the stuff of its side of the border; where several may lie on
+    that side, the one that is seen nearest along the tube."""
     for kinds, side in ((near, within), (far, ~within)):
         wrong = hidden & side & ~np.isin(labels[tube.own], kinds)
         right = np.isin(labels[tube.own], kinds) & side
@@ -124,7 +140,8 @@ def _tubes(kind: str, names: tuple[str, ...], rest: FloatArray, parts: IntArray)
 
 
 def _tube(rest: FloatArray, own: IntArray, up: FloatArray, sign: float) -> _Tube:
-    """The tube of the vertices `own` (n,) along the unit vector `up` (3,); `sign` is -1 on the right."""
+    """The tube of the vertices `own` (n,) along the unit vector `up` (3,); `sign` is -1 on the
+    right."""
     points = rest[own]
     ahead = np.array([0.0, 0.0, 1.0]) - up[2] * up
     ahead /= np.linalg.norm(ahead)
@@ -132,7 +149,9 @@ def _tube(rest: FloatArray, own: IntArray, up: FloatArray, sign: float) -> _Tube
     along = points @ up
     order = np.argsort(along, kind="stable")
     cut = np.array_split(order, max(1, round(float(np.ptp(along)) / 0.03)))
-    middles = np.stack([(points[one].min(axis=0) + points[one].max(axis=0)) / 2 for one in cut if len(one)])
+    middles = np.stack(
+        [(points[one].min(axis=0) + points[one].max(axis=0)) / 2 for one in cut if len(one)]
+    )
     heights = np.array([along[one].mean() for one in cut if len(one)])
     axis = np.stack([np.interp(along, heights, middles[:, k]) for k in range(3)], axis=1)
     away = points - axis
@@ -141,9 +160,15 @@ def _tube(rest: FloatArray, own: IntArray, up: FloatArray, sign: float) -> _Tube
 
 
 def _curve(
-    tube: _Tube, others: list[_Tube], labels: IntArray, known: BoolArray, near: tuple[int, ...], far: tuple[int, ...]
+    tube: _Tube,
+    others: list[_Tube],
+    labels: IntArray,
+    known: BoolArray,
+    near: tuple[int, ...],
+    far: tuple[int, ...],
 ) -> FloatArray | None:
-    """Height and tilt (3,), metres, of a border between two kinds of stuff on a tube; None where what is seen tells none."""
+    """Height and tilt (3,), metres, of a border between two kinds of stuff on a tube; None where
+    what is seen tells none."""
     along, turn, inner, weight = [], [], [], []
     for one, count in ((tube, 1.0), *((other, _OTHER) for other in others)):
         shown = known[one.own] & np.isin(labels[one.own], (*near, *far))
@@ -151,7 +176,12 @@ def _curve(
         turn.append(one.turn[shown])
         inner.append(np.isin(labels[one.own[shown]], near))
         weight.append(np.full(int(shown.sum()), count))
-    height, angle, y, w = np.concatenate(along), np.concatenate(turn), np.concatenate(inner), np.concatenate(weight)
+    height, angle, y, w = (
+        np.concatenate(along),
+        np.concatenate(turn),
+        np.concatenate(inner),
+        np.concatenate(weight),
+    )
     if min(y.sum(), (~y).sum()) < _LEAST:
         return None
     middle = _cut(height, y, w)
@@ -163,19 +193,25 @@ def _curve(
     curve = _newton(height, angle, y, w, middle)
     right = (height > curve[0] + angle @ curve[1:]) == y
     good = min(np.average(right[y], weights=w[y]), np.average(right[~y], weights=w[~y]))
-    return curve if good > 2 * _EXPLAINED - 1 and np.average(right, weights=w) > _EXPLAINED else None
+    return (
+        curve if good > 2 * _EXPLAINED - 1 and np.average(right, weights=w) > _EXPLAINED else None
+    )
 
 
 def _cut(height: FloatArray, inner: BoolArray, weight: FloatArray) -> float:
-    """The height that parts best what lies `inner`, above it, from the rest, each counting a half."""
+    """The height that parts best what lies `inner`, above it, from the rest, each counting a
+    half."""
     order = np.argsort(height, kind="stable")
     w = weight * np.where(inner, 1 / weight[inner].sum(), 1 / weight[~inner].sum())
-    below = np.cumsum(np.where(inner, w, -w)[order])  # what is inner and below, less what is outer and below
+    below = np.cumsum(
+        np.where(inner, w, -w)[order]
+    )  # what is inner and below, less what is outer and below
     return float(height[order[below.argmin()]])
 
 
 def _stiffness(angle: FloatArray) -> FloatArray:
-    """What tilts (3, 3) cost, by the square of metres: a pocket in the front does not lift the seat."""
+    """What tilts (3, 3) cost, by the square of metres: a pocket in the front does not lift the
+    seat."""
     middle = angle.mean(axis=0)
     long = float(np.linalg.norm(middle))
     result = np.zeros((3, 3))
@@ -185,15 +221,20 @@ def _stiffness(angle: FloatArray) -> FloatArray:
     return result
 
 
-def _newton(height: FloatArray, angle: FloatArray, inner: BoolArray, weight: FloatArray, middle: float) -> FloatArray:
-    """Height and tilt (3,) of the border by logistic regression at a fixed width (`_WIDTH`); tilts are small unless much speaks for them."""
+def _newton(
+    height: FloatArray, angle: FloatArray, inner: BoolArray, weight: FloatArray, middle: float
+) -> FloatArray:
+    """Height and tilt (3,) of the border by logistic regression at a fixed width (`_WIDTH`); tilts
+    are small unless much speaks for them."""
     design = np.concatenate([np.ones((len(height), 1)), angle], axis=1)
     ridge = 0.02 * len(height) * _WIDTH**2 * _stiffness(angle)
     curve = np.array([middle, 0.0, 0.0])
     for _ in range(_ROUNDS):
         share = 1 / (1 + np.exp(-np.clip((height - design @ curve) / _WIDTH, -30, 30)))
         slope = design.T @ (weight * (share - inner)) / _WIDTH - ridge @ curve / _WIDTH**2
-        bend = (design * (weight * share * (1 - share) + 1e-6)[:, None]).T @ design / _WIDTH**2 + ridge / _WIDTH**2
+        bend = (
+            design * (weight * share * (1 - share) + 1e-6)[:, None]
+        ).T @ design / _WIDTH**2 + ridge / _WIDTH**2
         step = np.linalg.solve(bend + 1e-6 * np.eye(3), slope)
         curve = curve + np.clip(step, -0.02, 0.02)
         curve[1:] *= min(1.0, _MOST_TILT / max(float(np.linalg.norm(curve[1:])), 1e-9))

@@ -1,4 +1,5 @@
-"""The other side of the body: what the photo shows of one half stands for the half that it does not show."""
+"""The other side of the body: what the photo shows of one half stands for the half that it does not
+show."""
 
 from __future__ import annotations
 
@@ -14,8 +15,11 @@ PATCH = 0.004
 """Smaller shares of the surface have no twins: a stripe's end alone would be a blot."""
 
 
-def find_twins(spots: Spots, *, known: BoolArray, clear: BoolArray, neighbors: IntArray) -> IntArray:
-    """For each vertex (V,) that is not `known` (V,) the `clear` (V,) one at the mirrored spot of the body; -1 where there is none.
+def find_twins(
+    spots: Spots, *, known: BoolArray, clear: BoolArray, neighbors: IntArray
+) -> IntArray:
+    """For each vertex (V,) that is not `known` (V,) the `clear` (V,) one at the mirrored spot of
+    the body; -1 where there is none.
 
     `neighbors` (V, N) are nearest vertices.
     """

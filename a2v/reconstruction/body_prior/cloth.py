@@ -16,7 +16,8 @@ WIDEST = 0.6
 SMALLEST = 0.05
 """One that is nowhere as wide, or not as high, is a fold of trousers, metres."""
 APART = 0.12
-"""Where the middles of the legs are farther apart in depth, it is trousers that meet in the picture, metres."""
+"""Where the middles of the legs are farther apart in depth, it is trousers that meet in the
+picture, metres."""
 HOLD = 0.18
 """So much of the body on each side of a gap carries the cloth, metres."""
 ABOVE = 0.2
@@ -53,11 +54,15 @@ class LegColumns:
         def of_parts(*names: str) -> IntArray:
             return np.asarray(faces[on_parts(parts, *names)[faces].all(axis=1)])
 
-        left, right = (np.isfinite(front_seen(skin, of_parts(f"{side}_thigh", f"{side}_shin"), grid)) for side in ("left", "right"))
+        left, right = (
+            np.isfinite(front_seen(skin, of_parts(f"{side}_thigh", f"{side}_shin"), grid))
+            for side in ("left", "right")
+        )
         return cls(left, right, *columns_seen(skin, of_parts(*_LOWER), grid), grid.cell)
 
     def gaps(self, missing: BoolArray) -> BoolArray:
-        """The part of `missing` (nx, ny), where the mask is and the body is not, that lies between the legs and is of cloth."""
+        """The part of `missing` (nx, ny), where the mask is and the body is not, that lies between
+        the legs and is of cloth."""
         found = np.zeros_like(missing)
         for row in np.flatnonzero(missing.any(axis=0)):
             for begin, end in _runs(missing[:, row]):
@@ -67,33 +72,45 @@ class LegColumns:
                 if not len(first) or not len(last):
                     continue
                 apart = abs(self._middle(first, row) - self._middle(last, row))
-                found[begin:end, row] = self._side(first, row) * self._side(last, row) < 0 and apart < APART
+                found[begin:end, row] = (
+                    self._side(first, row) * self._side(last, row) < 0 and apart < APART
+                )
         return _large_enough(found, self.cell)
 
     def hull(self, begin: int, end: int, row: int) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Columns of the body on both sides of the columns from `begin` to before `end` of a row, and the convex hull's front and back there."""
+        """Columns of the body on both sides of the columns from `begin` to before `end` of a row,
+        and the convex hull's front and back there."""
         first, last = self._held(begin - 1, -1, row), self._held(end, 1, row)
         held = np.concatenate([first, last])
         columns = np.arange(held[0], held[-1] + 1)
-        return columns, _upper_hull(held, self.front[held, row], columns), -_upper_hull(held, -self.back[held, row], columns)
+        return (
+            columns,
+            _upper_hull(held, self.front[held, row], columns),
+            -_upper_hull(held, -self.back[held, row], columns),
+        )
 
     def _held(self, start: int, step: int, row: int) -> IntArray:
-        """Columns of the body, rising, from `start` on in the direction `step` as far as they carry."""
+        """Columns of the body, rising, from `start` on in the direction `step` as far as they
+        carry."""
         columns = np.arange(start, start + step * max(2, int(HOLD / self.cell)), step)
         columns = columns[(columns >= 0) & (columns < len(self.front))]
         there = np.isfinite(self.front[columns, row])
         return np.sort(columns[: len(columns) if there.all() else int(np.argmin(there))])
 
     def _side(self, columns: IntArray, row: int) -> int:
-        """Above 0 if more of the columns are of the left leg, below if more are of the right one."""
+        """Above 0 if more of the columns are of the left leg, below if more are of the right
+        one."""
         return int(self.left[columns, row].sum()) - int(self.right[columns, row].sum())
 
     def _middle(self, columns: IntArray, row: int) -> float:
         return float((self.front[columns, row] + self.back[columns, row]).mean() / 2)
 
 
-def span_legs(legs: LegColumns, gaps: BoolArray, outline: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The cloth over gaps between the legs and its depth: row by row the convex hull of both, as cloth that is held by them lies.
+def span_legs(
+    legs: LegColumns, gaps: BoolArray, outline: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The cloth over gaps between the legs and its depth: row by row the convex hull of both, as
+    cloth that is held by them lies.
 
     Parameters
     ----------
@@ -106,7 +123,8 @@ def span_legs(legs: LegColumns, gaps: BoolArray, outline: FloatArray) -> tuple[F
     Returns
     -------
     share : (nx, ny)
-        How much of a column's depth is the cloth's, from 0 to 1: 1 in gaps and on the body beside them, less and less above.
+        How much of a column's depth is the cloth's, from 0 to 1: 1 in gaps and on the body beside
+        them, less and less above.
     front, back : (nx, ny)
         Depth with the cloth where there is some, metres; 0 elsewhere.
     """
@@ -124,14 +142,25 @@ def span_legs(legs: LegColumns, gaps: BoolArray, outline: FloatArray) -> tuple[F
     rim = np.clip(-outline / HEM, 0, 1)
     shrink = np.where(gaps, np.sqrt(rim * (2 - rim)), 1.0)
     middle, half = (front + back) / 2, np.maximum((front - back) / 2, 0)
-    own_front, own_back = (np.where(np.isfinite(own), own, other) for own, other in ((legs.front, front), (legs.back, back)))
+    own_front, own_back = (
+        np.where(np.isfinite(own), own, other)
+        for own, other in ((legs.front, front), (legs.back, back))
+    )
     front = own_front + share * (middle + shrink * half - own_front)
     back = own_back + share * (middle - shrink * half - own_back)
     return share, np.where(chosen, front, 0), np.where(chosen, back, 0)
 
 
-def _lay_on(legs: LegColumns, column: int, start: int, front: FloatArray, back: FloatArray, share: FloatArray) -> None:
-    """Go on above the top of a gap, from the row `start` on: the hull of trunk and thighs around a column, less and less of it."""
+def _lay_on(
+    legs: LegColumns,
+    column: int,
+    start: int,
+    front: FloatArray,
+    back: FloatArray,
+    share: FloatArray,
+) -> None:
+    """Go on above the top of a gap, from the row `start` on: the hull of trunk and thighs around a
+    column, less and less of it."""
     count = int(ABOVE / legs.cell)
     for done in range(count):
         row = start + done
@@ -181,4 +210,6 @@ def _smooth(values: FloatArray, there: BoolArray, sigma: float = 2.0) -> FloatAr
     from scipy.ndimage import gaussian_filter
 
     weight = gaussian_filter(there.astype(np.float64), sigma)
-    return np.where(there, gaussian_filter(np.where(there, values, 0.0), sigma) / np.maximum(weight, 1e-6), 0.0)
+    return np.where(
+        there, gaussian_filter(np.where(there, values, 0.0), sigma) / np.maximum(weight, 1e-6), 0.0
+    )

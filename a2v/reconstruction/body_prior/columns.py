@@ -13,7 +13,8 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> FloatArray:
-    """Signed distance to the mask's contour (nx, ny), metres, negative inside, at the grid's columns; sub-pixel through the opacity."""
+    """Signed distance to the mask's contour (nx, ny), metres, negative inside, at the grid's
+    columns; sub-pixel through the opacity."""
     import cv2
     from scipy.spatial import cKDTree
 
@@ -21,11 +22,23 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
     pixels = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1)).astype(np.float32)
     per_cell = camera.scale * grid.cell
     soft = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.35 * per_cell))
-    opacity = cv2.remap(soft, pixels[..., 0] - 0.5, pixels[..., 1] - 0.5, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+    opacity = cv2.remap(
+        soft,
+        pixels[..., 0] - 0.5,
+        pixels[..., 1] - 0.5,
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=0,
+    )
     contours = trace_contours(soft)
     if not contours:
         raise InputError("the subject's mask has no contour; expected a person before a background")
-    distance = np.reshape(cKDTree(np.concatenate(contours)).query(pixels.reshape(-1, 2), workers=1)[0], x.shape) / camera.scale
+    distance = (
+        np.reshape(
+            cKDTree(np.concatenate(contours)).query(pixels.reshape(-1, 2), workers=1)[0], x.shape
+        )
+        / camera.scale
+    )
     return np.where(opacity > 0.5, -distance, distance).astype(np.float32)
 
 
@@ -36,15 +49,21 @@ def front_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> FloatArray:
 
 
 def columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
-    """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where there is none."""
-    return front_seen(skin, faces, grid), -front_seen(skin * np.array([1.0, 1.0, -1.0]), faces, grid)
+    """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where
+    there is none."""
+    return front_seen(skin, faces, grid), -front_seen(
+        skin * np.array([1.0, 1.0, -1.0]), faces, grid
+    )
 
 
 def binary_distance(inside: BoolArray, cell: float) -> FloatArray:
-    """Signed distance of a binary map (negative inside), metres, contour between the nodes, lightly smoothed."""
+    """Signed distance of a binary map (negative inside), metres, contour between the nodes, lightly
+    smoothed."""
     import cv2
 
-    return np.asarray(cv2.GaussianBlur((contour_distance(inside) * cell).astype(np.float32), (0, 0), 1.0))
+    return np.asarray(
+        cv2.GaussianBlur((contour_distance(inside) * cell).astype(np.float32), (0, 0), 1.0)
+    )
 
 
 def sample_columns(values: FloatArray, points: FloatArray, grid: Grid) -> FloatArray:

@@ -1,4 +1,5 @@
-"""The rim of the body's skin pulled to the contour of the mask, by smooth deformations of the whole skin."""
+"""The rim of the body's skin pulled to the contour of the mask, by smooth deformations of the whole
+skin."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ from a2v.types import FloatArray, IntArray
 class SkinDeformer:
     """Smooth fields on the skin by screened diffusion with cotangent weights.
 
-    Harmonic rather than bi-Laplacian: a displacement never exceeds the constraints around it, so the face between two ears that are pulled
-    to the hair's contour cannot overshoot. A second, short diffusion takes the kinks off.
+    Harmonic rather than bi-Laplacian: a displacement never exceeds the constraints around it, so
+    the face between two ears that are pulled to the hair's contour cannot overshoot. A second,
+    short diffusion takes the kinks off.
     """
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
@@ -27,7 +29,10 @@ class SkinDeformer:
         corners = vertices[faces]
         rows, columns, values = [], [], []
         for corner in range(3):
-            a, b = corners[:, (corner + 1) % 3] - corners[:, corner], corners[:, (corner + 2) % 3] - corners[:, corner]
+            a, b = (
+                corners[:, (corner + 1) % 3] - corners[:, corner],
+                corners[:, (corner + 2) % 3] - corners[:, corner],
+            )
             sine = np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-12)
             # negative cotangents (obtuse slivers) would break the maximum principle
             values.append(np.clip((a * b).sum(axis=1) / sine, 0.01, 20.0) / 2)
@@ -37,19 +42,31 @@ class SkinDeformer:
         adjacency = sp.csr_matrix((value, (row, column)), (count, count))
         adjacency = adjacency + adjacency.T
         self._stiffness = (sp.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsc()
-        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 6
-        self._mass = np.maximum(np.bincount(faces.ravel(), np.repeat(area, 3), minlength=count), 1e-9)
+        area = (
+            np.linalg.norm(
+                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+            )
+            / 6
+        )
+        self._mass = np.maximum(
+            np.bincount(faces.ravel(), np.repeat(area, 3), minlength=count), 1e-9
+        )
         self._diffusion: dict[float, Cholesky] = {}
 
-    def spread(self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray) -> FloatArray:
+    def spread(
+        self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray
+    ) -> FloatArray:
         """A field (V, k) near `target` (V, k) where `weight` (V,) in [0, 1] says so.
 
-        It keeps to the constraints over lengths of `near` metres and fades out over `fade` (V,) metres.
+        It keeps to the constraints over lengths of `near` metres and fades out over `fade` (V,)
+        metres.
         """
         import scipy.sparse as sp
 
         pull = weight * self._mass / near**2
-        rough = Cholesky(self._stiffness + sp.diags(pull + self._mass / fade**2)).solve(pull[:, None] * target)
+        rough = Cholesky(self._stiffness + sp.diags(pull + self._mass / fade**2)).solve(
+            pull[:, None] * target
+        )
         if near not in self._diffusion:
             self._diffusion[near] = Cholesky(sp.diags(self._mass) + near**2 * self._stiffness)
         return self._diffusion[near].solve(self._mass[:, None] * rough)
@@ -64,9 +81,11 @@ def pull_to_contour(
     settings: SurfaceSettings,
     turn: int,
 ) -> FloatArray:
-    """One round: vertices (V, 3) of the skin moved so that its rim comes nearer to the mask's contour, and loose cloth stands off in depth.
+    """One round: vertices (V, 3) of the skin moved so that its rim comes nearer to the mask's
+    contour, and loose cloth stands off in depth.
 
-    `parts` (V,) are `a2v.body.PARTS`, `mask_distance` (nx, ny) is of the grid's columns, `turn` counts the rounds from 0.
+    `parts` (V,) are `a2v.body.PARTS`, `mask_distance` (nx, ny) is of the grid's columns, `turn`
+    counts the rounds from 0.
     """
     faces = deformer.faces
     own = binary_distance(np.isfinite(front_seen(skin, faces, grid)), grid.cell)
@@ -74,11 +93,18 @@ def pull_to_contour(
     slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)
     inset = sample_columns(own, skin, grid)
     at_rim = np.abs(inset) < 1.5 * grid.cell
-    # a vertex a little inside of the rim stays that much inside: else each round would flatten the flanks
+    # a vertex a little inside of the rim stays that much inside: else each round would flatten the
+    # flanks
     gap = sample_columns(mask_distance, skin, grid) - inset
-    to_mask = np.stack([sample_columns(np.ascontiguousarray(slope_mask[..., i]), skin, grid) for i in (0, 1)], axis=1)
+    to_mask = np.stack(
+        [sample_columns(np.ascontiguousarray(slope_mask[..., i]), skin, grid) for i in (0, 1)],
+        axis=1,
+    )
     to_mask /= np.maximum(np.linalg.norm(to_mask, axis=1, keepdims=True), 1e-6)
-    outward = np.stack([sample_columns(np.ascontiguousarray(slope_own[..., i]), skin, grid) for i in (0, 1)], axis=1)
+    outward = np.stack(
+        [sample_columns(np.ascontiguousarray(slope_own[..., i]), skin, grid) for i in (0, 1)],
+        axis=1,
+    )
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-6)
     agreement = (to_mask * outward).sum(axis=1)
     move = -gap[:, None] * to_mask
@@ -93,27 +119,44 @@ def pull_to_contour(
     fade = np.where(head & (normals[:, 2] > 0.35), 0.04, np.where(head, 0.2, 0.25))
     near = 0.02 if turn < settings.rounds // 2 else 0.01
     flat = deformer.spread(weight, move, near=near, fade=fade)
-    # Loose cloth stands off all around: the push along the rim's outward direction becomes a push along the normals in depth.
-    push = deformer.spread(weight, (move * outward).sum(axis=1)[:, None], near=0.03, fade=np.minimum(fade, 0.12))[:, 0]
-    share = np.where(head, np.where(normals[:, 2] > 0, 0.0, 0.8), np.where(stiff, 0.3, 1.0)) * settings.depth
-    share = deformer.spread(np.ones(len(skin)), share[:, None], near=0.03, fade=np.full(len(skin), 10.0))[:, 0]
+    # Loose cloth stands off all around: the push along the rim's outward direction becomes a push
+    # along the normals in depth.
+    push = deformer.spread(
+        weight, (move * outward).sum(axis=1)[:, None], near=0.03, fade=np.minimum(fade, 0.12)
+    )[:, 0]
+    share = (
+        np.where(head, np.where(normals[:, 2] > 0, 0.0, 0.8), np.where(stiff, 0.3, 1.0))
+        * settings.depth
+    )
+    share = deformer.spread(
+        np.ones(len(skin)), share[:, None], near=0.03, fade=np.full(len(skin), 10.0)
+    )[:, 0]
     result = skin.copy()
     result[:, :2] += np.clip(flat, -settings.reach, settings.reach)
     result[:, 2] += np.clip(push, -0.02, 0.05) * share * normals[:, 2]
     return result
 
 
-def drape(skin: FloatArray, faces: IntArray, parts: IntArray, deformer: SkinDeformer, bare: FloatArray) -> FloatArray:
-    """Smooth the forms of the body where cloth was pushed away from it: a loose jacket shows no navel."""
-    covered = on_parts(parts, "torso", "left_thigh", "right_thigh", "left_upper_arm", "right_upper_arm")
+def drape(
+    skin: FloatArray, faces: IntArray, parts: IntArray, deformer: SkinDeformer, bare: FloatArray
+) -> FloatArray:
+    """Smooth the forms of the body where cloth was pushed away from it: a loose jacket shows no
+    navel."""
+    covered = on_parts(
+        parts, "torso", "left_thigh", "right_thigh", "left_upper_arm", "right_upper_arm"
+    )
     normals = vertex_normals(bare, faces)
     stand_off = np.clip(((skin - bare) * normals).sum(axis=1), 0, None)
     every = np.full(len(skin), 10.0)
     # mean of the stand-off around the limb, not of the rim alone
-    loose: FloatArray = deformer.spread(np.where(covered, 1.0, 0.2), stand_off[:, None], near=0.06, fade=every)[:, 0]
+    loose: FloatArray = deformer.spread(
+        np.where(covered, 1.0, 0.2), stand_off[:, None], near=0.06, fade=every
+    )[:, 0]
     loose = np.where(covered, np.clip(loose / 0.012, 0, 1), 0.0)
     share = deformer.spread(np.ones(len(skin)), loose[:, None], near=0.03, fade=every)[:, 0]
-    smooth = deformer.spread(np.ones(len(skin)), skin - bare.mean(axis=0), near=0.035, fade=every) + bare.mean(axis=0)
+    smooth = deformer.spread(
+        np.ones(len(skin)), skin - bare.mean(axis=0), near=0.035, fade=every
+    ) + bare.mean(axis=0)
     # the rim stays where the photo has it
     change = (smooth - skin) * share[:, None]
     change[:, :2] = 0.0

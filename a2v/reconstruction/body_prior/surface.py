@@ -1,8 +1,9 @@
 """The `body-prior` backend: the fitted body pushed out to the person's silhouette (clothes, hair).
 
-Three steps: (1) the body's rim is pulled to the contour of the mask by a smooth deformation of the body's skin, which also takes loose
-cloth outwards in depth; (2) what the mask has and no body reaches (hair, skirts, bags) is fused as an inflated lobe in a signed
-distance grid, and what sticks out of the mask is cut; (3) one closed surface is extracted and evened out.
+Three steps: (1) the body's rim is pulled to the contour of the mask by a smooth deformation of the
+body's skin, which also takes loose cloth outwards in depth; (2) what the mask has and no body
+reaches (hair, skirts, bags) is fused as an inflated lobe in a signed distance grid, and what sticks
+out of the mask is cut; (3) one closed surface is extracted and evened out.
 """
 
 from __future__ import annotations
@@ -23,7 +24,16 @@ from a2v.reconstruction.body_prior.rim import SkinDeformer, drape, pull_to_conto
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.reconstruction.body_prior.volume import Skin, add_lobes, close_head, close_toes, part_arms
 from a2v.reconstruction.extraction import mesh_grid
-from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
+from a2v.types import (
+    Body,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    OrthographicCamera,
+    Progress,
+    Subject,
+    Surface,
+)
 
 
 def body_prior_surface(
@@ -48,7 +58,8 @@ def body_prior_surface(
     Returns
     -------
     Surface
-        One watertight piece with at least 25,000 vertices, grey. `provenance` holds `silhouette_iou` and its value for the bare body.
+        One watertight piece with at least 25,000 vertices, grey. `provenance` holds
+        `silhouette_iou` and its value for the bare body.
 
     Raises
     ------
@@ -61,7 +72,9 @@ def body_prior_surface(
     mask = np.asarray(subject.mask, np.float32)
     skin, skin_faces, _ = outer_skin(body)
     before = _overlap(skin, skin_faces, camera, mask)
-    dressed = dress(subject, body, camera, settings=settings, report=lambda done: report(done, steps))
+    dressed = dress(
+        subject, body, camera, settings=settings, report=lambda done: report(done, steps)
+    )
     found, triangles = _extract(dressed.field, dressed.grid, settings.vertices)
     vertices = _restore_face(found, dressed.skin, dressed.faces, dressed.parts, dressed.grid.cell)
     report(settings.rounds + 2, steps)
@@ -71,7 +84,12 @@ def body_prior_surface(
         vertices=vertices.astype(np.float32),
         faces=triangles.astype(np.int32),
         colors=np.full((len(vertices), 3), 0.7, np.float32),
-        provenance={"backend": "body-prior", "silhouette_iou": after, "body_silhouette_iou": before, "cell": dressed.grid.cell},
+        provenance={
+            "backend": "body-prior",
+            "silhouette_iou": after,
+            "body_silhouette_iou": before,
+            "cell": dressed.grid.cell,
+        },
     )
 
 
@@ -110,7 +128,8 @@ def dress(
     reach: float = 0.0,
     report: Callable[[int], None] = lambda done: None,
 ) -> DressedBody:
-    """Pull the body to the mask's contour, and add what it does not reach; distances are told up to `reach` metres from the surface, and three cells.
+    """Pull the body to the mask's contour, and add what it does not reach; distances are told up to
+    `reach` metres from the surface, and three cells.
 
     Raises
     ------
@@ -129,7 +148,12 @@ def dress(
         report(turn + 1)
 
     skin = drape(skin, faces, parts, deformer, bare)
-    field = close_toes(close_head(signed_distance(skin, faces, grid, band=band), skin, parts, grid), skin, parts, grid)
+    field = close_toes(
+        close_head(signed_distance(skin, faces, grid, band=band), skin, parts, grid),
+        skin,
+        parts,
+        grid,
+    )
     report(settings.rounds + 1)
     field, cloth = add_lobes(field, Skin(skin, faces, parts), grid, outline, settings, band=band)
     # cut what sticks out of the mask by a rounded extrusion of it
@@ -137,24 +161,34 @@ def dress(
     return DressedBody(part_arms(field, bare, faces, parts, grid), grid, cloth, skin, faces, parts)
 
 
-def _outside_of_cloth(skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, outline: FloatArray) -> FloatArray:
-    """Distance (nx, ny) to the contour of the mask less what is cloth between the legs: no leg is pulled to a skirt's hem."""
+def _outside_of_cloth(
+    skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, outline: FloatArray
+) -> FloatArray:
+    """Distance (nx, ny) to the contour of the mask less what is cloth between the legs: no leg is
+    pulled to a skirt's hem."""
     missing = (outline < 0) & ~np.isfinite(front_seen(skin, faces, grid))
     gaps = LegColumns.of(skin, faces, parts, grid).gaps(missing)
     return np.maximum(outline, -binary_distance(gaps, grid.cell)) if gaps.any() else outline
 
 
-def _overlap(skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:
-    """Intersection over union of body and mask; refuses an empty mask and a body that lies elsewhere."""
+def _overlap(
+    skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray
+) -> float:
+    """Intersection over union of body and mask; refuses an empty mask and a body that lies
+    elsewhere."""
     if (mask > 0.5).sum() < 64:
         raise InputError("the subject's mask is empty; expected the person in it")
     overlap = silhouette_iou(skin, faces, camera, mask)
     if overlap < 0.2:
-        raise InputError(f"body and mask overlap by {overlap:.0%} only; fit the body to this photo first (a2v.body.fit_body)")
+        raise InputError(
+            f"body and mask overlap by {overlap:.0%} only; fit the body to this photo first (a2v.body.fit_body)"
+        )
     return overlap
 
 
-def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings) -> Grid:
+def _make_grid(
+    skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings
+) -> Grid:
     low, high = person_box(skin, person, camera)
     cell = float((high - low).max() / settings.resolution)
     border = np.array([6 * cell, 6 * cell, 6 * cell + 0.10])
@@ -163,17 +197,23 @@ def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, 
 
 
 def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
-    """The largest closed piece of the softened zero level, even and with about `target` vertices."""
+    """The largest closed piece of the softened zero level, even and with about `target`
+    vertices."""
     from scipy.ndimage import gaussian_filter
 
     field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
     if not (field < 0).any():
-        raise InputError("nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)")
+        raise InputError(
+            "nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)"
+        )
     return mesh_grid(field, grid, target, smoothing=6)
 
 
-def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float) -> FloatArray:
-    """Lay the head's vertices back on the skin that the grid has blunted, where it is within a cell."""
+def _restore_face(
+    vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float
+) -> FloatArray:
+    """Lay the head's vertices back on the skin that the grid has blunted, where it is within a
+    cell."""
     own = faces[(parts[faces] == 0).all(axis=1)]
     if not len(own):
         return vertices

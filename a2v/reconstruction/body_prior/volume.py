@@ -1,4 +1,5 @@
-"""What the body cannot give, in the signed distance grid: closed mouths and shoes, gaps under the arms, hair, skirts and bags."""
+"""What the body cannot give, in the signed distance grid: closed mouths and shoes, gaps under the
+arms, hair, skirts and bags."""
 
 from __future__ import annotations
 
@@ -16,11 +17,13 @@ from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _STEP = 0.02
-"""Limbs side by side are of one piece if their middles differ in depth by less than about twice so many metres."""
+"""Limbs side by side are of one piece if their middles differ in depth by less than about twice so
+many metres."""
 
 
 def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
-    """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells below the skin (creases stay)."""
+    """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells
+    below the skin (creases stay)."""
     from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
     head = skin[parts == 0]
@@ -30,13 +33,17 @@ def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid)
     high = ((head.max(axis=0) - grid.origin) / grid.cell).astype(int) + 7
     box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
     solid = field[box] < 0
-    cavity = binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1) & ~solid
+    cavity = (
+        binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1)
+        & ~solid
+    )
     field[box] = np.where(cavity, np.float32(-grid.cell), field[box])
     return field
 
 
 def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
-    """Fill the gaps between the toes (a morphological closing by two cells): most people are photographed in shoes."""
+    """Fill the gaps between the toes (a morphological closing by two cells): most people are
+    photographed in shoes."""
     from scipy.ndimage import binary_closing
 
     ball = np.linalg.norm(np.indices((5, 5, 5)) - 2.0, axis=0) < 2.5
@@ -45,7 +52,9 @@ def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid)
         if len(foot) == 0:
             continue
         ahead = foot[:, 2] > foot[:, 2].min() + 0.5 * np.ptp(foot[:, 2])
-        low = np.clip(((foot[ahead].min(axis=0) - grid.origin) / grid.cell).astype(int) - 4, 0, None)
+        low = np.clip(
+            ((foot[ahead].min(axis=0) - grid.origin) / grid.cell).astype(int) - 4, 0, None
+        )
         high = ((foot[ahead].max(axis=0) - grid.origin) / grid.cell).astype(int) + 5
         box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
         solid = field[box] < 0
@@ -54,10 +63,14 @@ def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid)
     return field
 
 
-def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> FloatArray:
-    """Carve a gap of two cells where a sleeve has grown together with the trunk, or a raised arm would draw a web of cloth.
+def part_arms(
+    field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntArray, grid: Grid
+) -> FloatArray:
+    """Carve a gap of two cells where a sleeve has grown together with the trunk, or a raised arm
+    would draw a web of cloth.
 
-    The gap runs half-way between the bare arm and the bare trunk, outside of both; near the armhole only where the two face each other.
+    The gap runs half-way between the bare arm and the bare trunk, outside of both; near the armhole
+    only where the two face each other.
     """
     from scipy.spatial import cKDTree
 
@@ -74,14 +87,27 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
         hole = faces[upper[faces].any(axis=1) & torso[faces].any(axis=1)]
         if len(arm) == 0 or len(hole) == 0:
             continue
-        low = np.maximum(((bare[arm].min(axis=0) - grid.origin) / grid.cell).astype(np.int64) - 12, 0)
+        low = np.maximum(
+            ((bare[arm].min(axis=0) - grid.origin) / grid.cell).astype(np.int64) - 12, 0
+        )
         high = ((bare[arm].max(axis=0) - grid.origin) / grid.cell).astype(np.int64) + 13
-        cells = np.argwhere(field[tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))] < 1.5 * grid.cell) + low
+        cells = (
+            np.argwhere(
+                field[tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))]
+                < 1.5 * grid.cell
+            )
+            + low
+        )
         points = grid.origin + cells * grid.cell
         far, nearest = (np.asarray(found) for found in tree.query(points, workers=1))
         near, index = (np.asarray(found) for found in cKDTree(bare[arm]).query(points, workers=1))
         kept = (near < 0.12) & (far < 0.12) & (np.abs(near - far) < 6 * grid.cell)
-        cells, points, body, limb = cells[kept], points[kept], trunk[nearest[kept]], arm[index[kept]]
+        cells, points, body, limb = (
+            cells[kept],
+            points[kept],
+            trunk[nearest[kept]],
+            arm[index[kept]],
+        )
         gap = 1.1 * grid.cell - 0.5 * np.abs(near - far)[kept]  # distance to the half-way surface
         outside = ((points - bare[body]) * normals[body]).sum(axis=1) > -0.004
         outside &= ((points - bare[limb]) * normals[limb]).sum(axis=1) > -0.004
@@ -95,7 +121,8 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The body's outer skin: vertices (S, 3), metres, faces (G, 3), and parts (S,), as of `a2v.body.skin.outer_skin`."""
+    """The body's outer skin: vertices (S, 3), metres, faces (G, 3), and parts (S,), as of
+    `a2v.body.skin.outer_skin`."""
 
     vertices: FloatArray
     faces: IntArray
@@ -111,15 +138,19 @@ def add_lobes(
     *,
     band: int = 3,
 ) -> tuple[FloatArray, FloatArray]:
-    """The field, cut off at `band` cells, with volumes fused to it where the mask has something that the body does not reach.
+    """The field, cut off at `band` cells, with volumes fused to it where the mask has something
+    that the body does not reach.
 
-    They are cloth from leg to leg, and inflated lobes. The second answer (nx, ny) is how much of a column's depth is such cloth's.
+    They are cloth from leg to leg, and inflated lobes. The second answer (nx, ny) is how much of a
+    column's depth is such cloth's.
     """
     import cv2
 
     front, back = columns_seen(skin.vertices, skin.faces, grid)
     legs = LegColumns.of(skin.vertices, skin.faces, skin.parts, grid)
-    share, before, behind = span_legs(legs, legs.gaps((mask_distance < 0) & ~np.isfinite(front)), mask_distance)
+    share, before, behind = span_legs(
+        legs, legs.gaps((mask_distance < 0) & ~np.isfinite(front)), mask_distance
+    )
     cloth = share > 0
     if cloth.any():
         field = _fill_columns(field, cloth, before, behind, grid, band)
@@ -129,7 +160,11 @@ def add_lobes(
     # slivers along the rim (under a centimetre and a half) are no hair and no skirt
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
     missing = (
-        cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
+        cv2.dilate(
+            cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk
+        ).astype(bool)
+        & wanted
+        & ~covered
     )
     if not missing.any():
         return field, share
@@ -140,46 +175,71 @@ def add_lobes(
     z = grid.axis(2).astype(np.float32)
     active = (into < 0.015) & wanted
     i, j = np.nonzero(active)
-    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
+    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (
+        1 - fade[i, j, None]
+    ) * 2 * grid.cell
     limit = band * grid.cell
-    field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
+    field[i, j] = _smooth_min(
+        field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell
+    )
     return field, share
 
 
 def _round_profile(
-    front: FloatArray, back: FloatArray, covered: BoolArray, mask_distance: FloatArray, grid: Grid, lobe: float
+    front: FloatArray,
+    back: FloatArray,
+    covered: BoolArray,
+    mask_distance: FloatArray,
+    grid: Grid,
+    lobe: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Middle and half thickness (nx, ny) of a lobe at every column, which go on from the covered ones that are nearest; at most `lobe` metres."""
+    """Middle and half thickness (nx, ny) of a lobe at every column, which go on from the covered
+    ones that are nearest; at most `lobe` metres."""
     import cv2
 
-    # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
+    # thickness from the medial width of the mask's protruding region: a round profile from contour
+    # to middle
     inner = np.maximum(-mask_distance, 0).astype(np.float32)
     span = max(3, int(2 * lobe / grid.cell)) | 1
-    radius = np.clip(cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))), 2 * grid.cell, lobe)
+    radius = np.clip(
+        cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))),
+        2 * grid.cell,
+        lobe,
+    )
     radius = cv2.GaussianBlur(radius.astype(np.float32), (0, 0), span / 4)
     depth = np.minimum(inner, radius)
     half = np.sqrt(np.maximum(depth * (2 * radius - depth), 0))
     # continue the body's middle and thickness into the lobe
     nearest = nearest_known(covered)
-    middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
+    middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[
+        nearest
+    ]
     even = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
     # each piece lies around its own limb: where two are apart in depth nothing is spun between them
     middle = np.where(np.abs(even - middle) < _STEP, even, middle).astype(np.float32)
     thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
     near_thick = cv2.GaussianBlur(
-        cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0
+        cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(
+            np.float32
+        ),
+        (0, 0),
+        3.0,
     )
     half = np.minimum(half, np.maximum(0.5 * near_thick, 0.015))
     half = np.maximum(half, 0.8 * grid.cell)
     return middle, half
 
 
-def _fill_columns(field: FloatArray, chosen: BoolArray, front: FloatArray, back: FloatArray, grid: Grid, band: int) -> FloatArray:
+def _fill_columns(
+    field: FloatArray, chosen: BoolArray, front: FloatArray, back: FloatArray, grid: Grid, band: int
+) -> FloatArray:
     """The field with what lies between `front` and `back` (nx, ny) in the chosen columns."""
     field, limit = field.copy(), band * grid.cell
     i, j = np.nonzero(chosen)
     z = grid.axis(2)
-    solid = np.clip(np.maximum(z[None] - front[i, j, None], back[i, j, None] - z[None]), -limit, limit)
+    solid = np.clip(
+        np.maximum(z[None] - front[i, j, None], back[i, j, None] - z[None]), -limit, limit
+    )
     field[i, j] = np.minimum(field[i, j], solid.astype(np.float32))
     return field
 

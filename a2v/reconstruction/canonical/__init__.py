@@ -1,4 +1,5 @@
-"""A character that is built in the body's rest pose, in which nothing touches: the body's own mesh, refined and displaced to the dressed surface."""
+"""A character that is built in the body's rest pose, in which nothing touches: the body's own mesh,
+refined and displaced to the dressed surface."""
 
 from a2v.reconstruction.canonical.build import canonical_person
 from a2v.reconstruction.canonical.face import SMALL_FACE, TURNED_FACE
@@ -6,4 +7,12 @@ from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.settings import CharacterSettings, is_canonical
 from a2v.reconstruction.canonical.several import Sight
 
-__all__ = ["SMALL_FACE", "TURNED_FACE", "CharacterSettings", "Sight", "canonical_person", "hangs_between_legs", "is_canonical"]
+__all__ = [
+    "SMALL_FACE",
+    "TURNED_FACE",
+    "CharacterSettings",
+    "Sight",
+    "canonical_person",
+    "hangs_between_legs",
+    "is_canonical",
+]

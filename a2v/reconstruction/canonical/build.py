@@ -1,4 +1,5 @@
-"""The canonical person of a reconstruction: the body's mesh at rest, displaced to the dressed surface, with the model's own face, hands and feet."""
+"""The canonical person of a reconstruction: the body's mesh at rest, displaced to the dressed
+surface, with the model's own face, hands and feet."""
 
 from __future__ import annotations
 
@@ -29,23 +30,32 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Sta
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
 _BENT = (0.55, 0.95)
-"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements count `_CREASED` up to the first value, and whole from the second on."""
+"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements count
+`_CREASED` up to the first value, and whole from the second on."""
 _CREASED = 0.05
 """What displacements count for in creases."""
 _DOWN = -0.4
-"""Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or nothing that was seen."""
+"""Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or
+nothing that was seen."""
 _EXPECTED = 0.03
-"""A colour that the backend expects of its surface holds for vertices of the character up to so far from it, metres, that face the same way."""
+"""A colour that the backend expects of its surface holds for vertices of the character up to so far
+from it, metres, that face the same way."""
 
 
 def canonical_person(
-    sight: Sight, *, settings: CharacterSettings = DEFAULT, face: FaceSettings | None = None, hangs: bool | None = None, others: Sequence[Sight] = ()
+    sight: Sight,
+    *,
+    settings: CharacterSettings = DEFAULT,
+    face: FaceSettings | None = None,
+    hangs: bool | None = None,
+    others: Sequence[Sight] = (),
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
 
-    1. The body's mesh, refined, is cast along its normals onto the reconstructed surface. A hit counts where it is of the vertex' own
-       part, and nothing else touches there.
-    2. One sparse solve gives the displacement of every vertex: near what was observed, elsewhere the mirrored side's or what is usual on that part.
+    1. The body's mesh, refined, is cast along its normals onto the reconstructed surface. A hit
+       counts where it is of the vertex' own part, and nothing else touches there.
+    2. One sparse solve gives the displacement of every vertex: near what was observed, elsewhere
+       the mirrored side's or what is usual on that part.
     3. The displacements are laid on the body at rest, so that nothing of the photo's pose remains.
 
     Parameters
@@ -53,7 +63,8 @@ def canonical_person(
     sight : Sight
         The photo, with Anny fitted to the surface that was reconstructed from it.
     hangs : bool, optional
-        Whether cloth hangs between the legs: it becomes a layer of its own. None: as `hangs_between_legs` finds.
+        Whether cloth hangs between the legs: it becomes a layer of its own. None: as
+        `hangs_between_legs` finds.
     others : sequence of Sight
         Further photos of the same person, in any order; their bodies have the shape of this one.
 
@@ -65,48 +76,97 @@ def canonical_person(
     mesh, person = topology(), sight.person
     sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings())
     hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
-    hangs = (hem is not None or hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera)) if hangs is None else hangs
+    hangs = (
+        (
+            hem is not None
+            or hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera)
+        )
+        if hangs is None
+        else hangs
+    )
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
-    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
-    skirt = make_skirt(person.surface, body, without_anatomy(body, shod), None if hem is None else hem[0]) if hangs else None
+    asked = (
+        mesh.skin
+        & ~on_parts(parts, *HANDS)
+        & ~laid.around(mesh, at_rest)
+        & ~in_tips(body, at_rest, parts)
+    )
+    skirt = (
+        make_skirt(
+            person.surface, body, without_anatomy(body, shod), None if hem is None else hem[0]
+        )
+        if hangs
+        else None
+    )
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
-    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
+    sole = on_parts(parts, "left_foot", "right_foot") & (
+        ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN
+    )
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
-    offset = solve_offsets(rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing)
+    offset = solve_offsets(
+        rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
+    )
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
-        standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
+        standing, faces = (
+            with_skirt(standing, skirt),
+            np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
+        )
     surface = Surface(
         vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
         face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
-    return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+    return dataclasses.replace(
+        person, surface=surface, expected_colors=_expected(person, surface), from_body=False
+    )
 
 
-def _shod(given: Sequence[Sight], face: FaceSettings) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
-    """The sights with the head turned as the photo that shows the face best has it, which one that is, its face on the body, and Anny's vertices and
-    teeth (13854, 3) with this face and with shoes: in the pose of every photo, and at rest.
+def _shod(
+    given: Sequence[Sight], face: FaceSettings
+) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
+    """The sights with the head turned as the photo that shows the face best has it, which one that
+    is, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and with
+    shoes: in the pose of every photo, and at rest.
     """
     sights, shown = list(given), face_of([sight.subject for sight in given])
     faced = sights[shown]
-    laid = lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face) if face.expressions else NO_FACE
+    laid = (
+        lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face)
+        if face.expressions
+        else NO_FACE
+    )
     sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
     shod = in_shoes(sights[shown].body, rest)
     own = posed + np.einsum("vab,vb->va", turns, shod - rest)
-    return sights, shown, laid, [own if number == shown else _carried(sight.body, shod) for number, sight in enumerate(sights)], shod
+    return (
+        sights,
+        shown,
+        laid,
+        [
+            own if number == shown else _carried(sight.body, shod)
+            for number, sight in enumerate(sights)
+        ],
+        shod,
+    )
 
 
 def _observed(
-    sights: Sequence[Sight], poses: Sequence[FloatArray], rest: RestMesh, asked: BoolArray, *, near: float
+    sights: Sequence[Sight],
+    poses: Sequence[FloatArray],
+    rest: RestMesh,
+    asked: BoolArray,
+    *,
+    near: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses` (13854, 3) Anny's vertices and teeth are given."""
+    """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses`
+    (13854, 3) Anny's vertices and teeth are given."""
     mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
@@ -118,7 +178,8 @@ def _observed(
 
 
 def _carried(body: Body, shod: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3) with shoes and a face."""
+    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3)
+    with shoes and a face."""
     posed, rest = with_teeth(body)
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
@@ -140,8 +201,13 @@ def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
     near = near[near < SKIN.stop]
     plain = np.concatenate([rows.around[near], np.ones((len(near), 1))], axis=1)
     every = np.concatenate([rows.vertices, np.ones((len(rows.vertices), 1))], axis=1)
-    placed = [every @ np.linalg.lstsq(plain, np.asarray(points, np.float64)[near], rcond=None)[0] for points in (body.vertices, rest)]
-    return np.concatenate([body.vertices, placed[0]]).astype(np.float64), np.concatenate([rest, placed[1]])
+    placed = [
+        every @ np.linalg.lstsq(plain, np.asarray(points, np.float64)[near], rcond=None)[0]
+        for points in (body.vertices, rest)
+    ]
+    return np.concatenate([body.vertices, placed[0]]).astype(np.float64), np.concatenate(
+        [rest, placed[1]]
+    )
 
 
 def blended_turns(body: Body) -> FloatArray:
@@ -152,7 +218,8 @@ def blended_turns(body: Body) -> FloatArray:
 
 
 def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
-    """The four largest skinning weights (V, 4) of the mesh, largest first, and their bones (V, 4)."""
+    """The four largest skinning weights (V, 4) of the mesh, largest first, and their bones (V,
+    4)."""
     of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
     dense = mesh.spread(np.concatenate([body.weights, of_teeth]))
     bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
@@ -161,21 +228,34 @@ def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
 
 
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:
-    """A standing surface's vertices (V, 3) float32 in the pose of its body: linear blend skinning."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    """A standing surface's vertices (V, 3) float32 in the pose of its body: linear blend
+    skinning."""
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
+        body.rest_transforms.astype(np.float64)
+    )
     flat = moved[:, :3].reshape(len(moved), 12)
     weights = standing.weights.astype(np.float64)
-    blended = sum(weights[:, k, None] * flat[standing.bones[:, k]] for k in range(4)).reshape(-1, 3, 4)
-    return np.asarray(np.einsum("vab,vb->va", blended[..., :3], standing.vertices.astype(np.float64)) + blended[..., 3], np.float32)
+    blended = sum(weights[:, k, None] * flat[standing.bones[:, k]] for k in range(4)).reshape(
+        -1, 3, 4
+    )
+    return np.asarray(
+        np.einsum("vab,vb->va", blended[..., :3], standing.vertices.astype(np.float64))
+        + blended[..., 3],
+        np.float32,
+    )
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
-    """The backend's expected colours (V, 3) carried over to the character; NaN where its surface is elsewhere."""
+    """The backend's expected colours (V, 3) carried over to the character; NaN where its surface is
+    elsewhere."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:
         return None
     away, nearest = cKDTree(person.surface.vertices).query(made.vertices, workers=1)
-    normals = [vertex_normals(surface.vertices, np.asarray(surface.faces, np.int64)) for surface in (person.surface, made)]
+    normals = [
+        vertex_normals(surface.vertices, np.asarray(surface.faces, np.int64))
+        for surface in (person.surface, made)
+    ]
     good: BoolArray = (away < _EXPECTED) & ((normals[0][nearest] * normals[1]).sum(axis=1) > 0.3)
     return np.where(good[:, None], person.expected_colors[nearest], np.nan).astype(np.float32)

@@ -21,8 +21,11 @@ from a2v.reconstruction.merged import OtherPhoto
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 
-def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int) -> Canvas:
-    """The canvas of a canonical person's surface, in the photo's pose and the flat frame of `camera`, with a texture of `size` texels."""
+def canvas_of(
+    surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int
+) -> Canvas:
+    """The canvas of a canonical person's surface, in the photo's pose and the flat frame of
+    `camera`, with a texture of `size` texels."""
     assert surface.standing is not None
     parts = np.asarray(surface.standing.parts, np.int64)
     own = len(topology().twin)
@@ -35,26 +38,52 @@ def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *,
     )  # fmt: skip
 
 
-def color_by_photos(person: Reconstruction, sights: Sequence[Sight], *, settings: ColorSettings, progress: Progress | None = None) -> Surface:
-    """The canonical person's surface in colours of several photos; `sights` begin with the photo in whose pose it stands."""
+def color_by_photos(
+    person: Reconstruction,
+    sights: Sequence[Sight],
+    *,
+    settings: ColorSettings,
+    progress: Progress | None = None,
+) -> Surface:
+    """The canonical person's surface in colours of several photos; `sights` begin with the photo in
+    whose pose it stands."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
     seen = [_as_in(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)]
-    canvases = [canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture) for own, sight in zip(seen, sights, strict=True)]
+    canvases = [
+        canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture)
+        for own, sight in zip(seen, sights, strict=True)
+    ]
     others = tuple(
-        OtherPhoto.of(seen[number], sight.subject, sight.camera.flat, canvases[number], delight=settings.delight)
+        OtherPhoto.of(
+            seen[number],
+            sight.subject,
+            sight.camera.flat,
+            canvases[number],
+            delight=settings.delight,
+        )
         for number, sight in enumerate(sights)
         if number != face
     )
     main = sights[face]
     spots = spots_of(person.surface.standing.anchors, main.body)
-    evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvases[face], others=others)
-    colored = color_surface(seen[face], main.subject, main.camera.flat, evidence=evidence, settings=settings, progress=progress)
+    evidence = ColorEvidence(
+        prior=person.expected_colors, spots=spots, canvas=canvases[face], others=others
+    )
+    colored = color_surface(
+        seen[face],
+        main.subject,
+        main.camera.flat,
+        evidence=evidence,
+        settings=settings,
+        progress=progress,
+    )
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
 def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
-    """The surface in the pose of a photo, in the flat frame of its camera; in that of the `first` it stands already."""
+    """The surface in the pose of a photo, in the flat frame of its camera; in that of the `first`
+    it stands already."""
     assert surface.standing is not None
     vertices = surface.vertices if first else posed_vertices(surface.standing, sight.body)
     return dataclasses.replace(surface, vertices=sight.camera.flatten(vertices))
@@ -62,7 +91,8 @@ def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
 
 @functools.lru_cache(maxsize=2)
 def layout(size: int, hanging: int = 0) -> Atlas:
-    """MakeHuman's texture layout on `size` texels; above the strip of a skirt of so many vertices that are `hanging`."""
+    """MakeHuman's texture layout on `size` texels; above the strip of a skirt of so many vertices
+    that are `hanging`."""
     uv = topology().uv
     if hanging:
         uv = np.concatenate([body_layout(uv), skirt_layout(hanging)])

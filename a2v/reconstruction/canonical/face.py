@@ -1,4 +1,5 @@
-"""The face of a canonical person: the model's own, bent to the photo's landmarks, with all its expressions at rest."""
+"""The face of a canonical person: the model's own, bent to the photo's landmarks, with all its
+expressions at rest."""
 
 from __future__ import annotations
 
@@ -14,7 +15,14 @@ from a2v.body.spots import moved_from_rest
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
-from a2v.reconstruction.face.build import TURNED, BentFace, FaceSettings, bend_face, face_of, turned_away
+from a2v.reconstruction.face.build import (
+    TURNED,
+    BentFace,
+    FaceSettings,
+    bend_face,
+    face_of,
+    turned_away,
+)
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
@@ -24,7 +32,8 @@ _JAW = 0.03
 _BROW = 0.005
 """The same above them, where hair begins."""
 SMALL = 44.0
-"""Faces narrower than so many pixels keep the model's own features: landmarks are off by more than what tells people apart."""
+"""Faces narrower than so many pixels keep the model's own features: landmarks are off by more than
+what tells people apart."""
 SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colours"
 _MOST = 80.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
@@ -51,8 +60,11 @@ class Laid:
     small: bool = False
     averted: bool = False
 
-    def applied(self, posed: FloatArray, rest: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent, and the head following it."""
+    def applied(
+        self, posed: FloatArray, rest: FloatArray, turns: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent, and the head
+        following it."""
         if self.bent is None:
             return posed, rest
         own = self.bent.patch.vertices
@@ -62,7 +74,8 @@ class Laid:
         return posed + moved, rest + np.linalg.solve(turns, moved[..., None])[..., 0]
 
     def turned(self, body: Body) -> Body:
-        """The body with its head turned as the photo's: the fit has it from few landmarks, and a face on a head that is turned otherwise sits askew."""
+        """The body with its head turned as the photo's: the fit has it from few landmarks, and a
+        face on a head that is turned otherwise sits askew."""
         if self.bent is None:
             return body
         head = body.bone_names.index("head")
@@ -84,7 +97,8 @@ class Laid:
         return np.asarray(mesh.spread(own) > 0.99)
 
     def around(self, mesh: Topology, rest: FloatArray) -> BoolArray:
-        """Which vertices (V,) of the mesh, at `rest` (V, 3), the face's shape holds: its own, and the jaw's and the cheeks' beside it."""
+        """Which vertices (V,) of the mesh, at `rest` (V, 3), the face's shape holds: its own, and
+        the jaw's and the cheeks' beside it."""
         from scipy.spatial import cKDTree
 
         own = self.covered(mesh)
@@ -98,19 +112,25 @@ class Laid:
 NO_FACE = Laid("none was asked for")
 
 
-def lay_face(surface: Surface, subject: Subject, body: Body, camera: Camera, settings: FaceSettings) -> Laid:
-    """The body's face on the photo's; a small one, and one that is turned away, as the model has it, only moved, turned and scaled."""
+def lay_face(
+    surface: Surface, subject: Subject, body: Body, camera: Camera, settings: FaceSettings
+) -> Laid:
+    """The body's face on the photo's; a small one, and one that is turned away, as the model has
+    it, only moved, turned and scaled."""
     small = subject.face is not None and face_width(subject.face) < SMALL
     if small:
         settings = dataclasses.replace(settings, smoothing=_STIFF)
     bent = bend_face(surface, subject, body, camera, settings=settings, most=_MOST)
     if isinstance(bent, str):
         return Laid(bent)
-    return Laid("anny", bent, small, subject.face is not None and turned_away(subject.face) > TURNED)
+    return Laid(
+        "anny", bent, small, subject.face is not None and turned_away(subject.face) > TURNED
+    )
 
 
 def face_width(landmarks: FloatArray) -> float:
-    """Width of a face in pixels: from one ear's root to the other's, as mediapipe's landmarks (478, 3) have them."""
+    """Width of a face in pixels: from one ear's root to the other's, as mediapipe's landmarks (478,
+    3) have them."""
     return float(np.linalg.norm((landmarks[454] - landmarks[234])[:2]))
 
 
@@ -129,7 +149,14 @@ def face_on(mesh: Topology, laid: Laid, subject: Subject) -> Face | None:
         return mesh.spread(np.einsum("vab,vb->va", back, bent.moved(name)))
 
     assert subject.face is not None
-    return face_of(moved, every, patch.astype(np.int32), mesh.nearest[patch].astype(np.int32), whole[patch].astype(np.uint8), subject.face)
+    return face_of(
+        moved,
+        every,
+        patch.astype(np.int32),
+        mesh.nearest[patch].astype(np.int32),
+        whole[patch].astype(np.uint8),
+        subject.face,
+    )
 
 
 def _followed(rest: FloatArray, moved: FloatArray, own: np.ndarray) -> FloatArray:
@@ -143,5 +170,3 @@ def _followed(rest: FloatArray, moved: FloatArray, own: np.ndarray) -> FloatArra
     held = np.where(reach < 1e-9, 1e6, np.where(reach > _AROUND, 1e6, 0.0))
     system = laplacian(cotangent_weights(rest, faces)) + diags(held + 1e-9)
     return Cholesky(system).solve(held[:, None] * np.where(reach[:, None] < 1e-9, moved, 0.0))
-
-

@@ -13,10 +13,12 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
 _GAP = 0.05
 """Where the legs' skins are nearer to each other, metres, what lies between says nothing."""
 _SHARE = 0.5
-"""Of the places between the legs that tell, at least so many lie within cloth, and have the colours of the legs around them."""
+"""Of the places between the legs that tell, at least so many lie within cloth, and have the colours
+of the legs around them."""
 _LEAST = 3
 _ALIKE = 12.0
-"""Colours within so many CIELAB units are alike; lightness counts a third, for cloth between two legs lies in their shadow."""
+"""Colours within so many CIELAB units are alike; lightness counts a third, for cloth between two
+legs lies in their shadow."""
 _AROUND = 0.25
 """The picture's colours are asked over this share of the gap around its middle."""
 _ROWS = 0.03
@@ -26,7 +28,8 @@ _SAMPLES = 1500
 _OFTEN = 0.15
 """At least this share of them is alike."""
 _BENT = 60.0
-"""Who bends the hips by more degrees, as seated people do, shows the seat of the trousers between the thighs: the shins alone tell."""
+"""Who bends the hips by more degrees, as seated people do, shows the seat of the trousers between
+the thighs: the shins alone tell."""
 _THIGHS = 8
 """Places between the thighs that are asked; those between the shins come after them."""
 
@@ -34,14 +37,20 @@ _THIGHS = 8
 def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: Camera) -> bool:
     """Whether cloth hangs between a body's thighs or shins where the legs stand apart.
 
-    The reconstructed `surface` (closed, in the photo's pose) is filled there, and the photo shows what it shows on the legs at the same height:
-    a mask that took the background between two trouser legs for the person fills the surface as well.
+    The reconstructed `surface` (closed, in the photo's pose) is filled there, and the photo shows
+    what it shows on the legs at the same height: a mask that took the background between two
+    trouser legs for the person fills the surface as well.
     """
     from scipy.spatial import cKDTree
 
     heads = body.bone_transforms[:, :3, 3].astype(np.float64)
-    hips, knees, ankles = (np.stack([heads[body.bone_names.index(f"{bone}{side}")] for side in (".L", ".R")]) for bone in ("upperleg01", "lowerleg01", "foot"))
-    along = [(1 - t) * hips + t * knees for t in np.linspace(0.45, 1.0, _THIGHS)] + [(1 - t) * knees + t * ankles for t in np.linspace(0.1, 0.5, 4)]
+    hips, knees, ankles = (
+        np.stack([heads[body.bone_names.index(f"{bone}{side}")] for side in (".L", ".R")])
+        for bone in ("upperleg01", "lowerleg01", "foot")
+    )
+    along = [(1 - t) * hips + t * knees for t in np.linspace(0.45, 1.0, _THIGHS)] + [
+        (1 - t) * knees + t * ankles for t in np.linspace(0.1, 0.5, 4)
+    ]
     middle = np.stack([pair.mean(axis=0) for pair in along])
     away = cKDTree(body.vertices).query(middle)[0]
     telling, least = 2 * away > _GAP, _LEAST
@@ -50,7 +59,12 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     if telling.sum() < least:
         return False
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
-    within = RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle[telling], np.float32), flat) > 0
+    within = (
+        RayScene(surface.vertices, surface.faces).crossings(
+            np.asarray(middle[telling], np.float32), flat
+        )
+        > 0
+    )
     if within[: max(least, int(within.size * 0.6))].mean() < _SHARE:
         return False
     if _alike(middle[telling][within], away[telling][within], body, subject, camera) < _SHARE:
@@ -59,29 +73,40 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
 
 
 def _hips_bent(body: Body) -> float:
-    """By how many degrees the thighs, the less bent one, point away from where they do at rest, as seen from the trunk."""
+    """By how many degrees the thighs, the less bent one, point away from where they do at rest, as
+    seen from the trunk."""
     from scipy.spatial.transform import Rotation
 
-    moved = body.bone_transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(body.rest_transforms[:, :3, :3].astype(np.float64), 1, 2)
+    moved = body.bone_transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(
+        body.rest_transforms[:, :3, :3].astype(np.float64), 1, 2
+    )
     trunk = moved[body.bone_names.index("spine03")]
     heads = body.bone_transforms[:, :3, 3].astype(np.float64)
     rest = body.rest_transforms[:, :3, 3].astype(np.float64)
     bent = []
     for side in (".L", ".R"):
-        hip, knee = body.bone_names.index(f"upperleg01{side}"), body.bone_names.index(f"lowerleg01{side}")
+        hip, knee = (
+            body.bone_names.index(f"upperleg01{side}"),
+            body.bone_names.index(f"lowerleg01{side}"),
+        )
         ways = [trunk @ (rest[knee] - rest[hip]), heads[knee] - heads[hip]]
         turn, _ = Rotation.align_vectors(ways[1][None], ways[0][None])
         bent.append(float(np.degrees(turn.magnitude())))
     return min(bent)
 
 
-def _alike(middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera) -> float:
-    """Share of what the photo shows around `middle` (n, 3), places between the legs `away` (n,) metres from them, that it also shows on legs at the same height; 1 where nothing tells."""
+def _alike(
+    middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera
+) -> float:
+    """Share of what the photo shows around `middle` (n, 3), places between the legs `away` (n,)
+    metres from them, that it also shows on legs at the same height; 1 where nothing tells."""
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 
     lab = np.asarray(rgb2lab(subject.image), np.float64) * [1 / 3, 1.0, 1.0]
-    legs = camera.project(body.vertices[on_parts(body.parts, "left_thigh", "left_shin", "right_thigh", "right_shin")])
+    legs = camera.project(
+        body.vertices[on_parts(body.parts, "left_thigh", "left_shin", "right_thigh", "right_shin")]
+    )
     own = _around(legs, 1.0, lab.shape)
     shares = []
     for pixel, gap in zip(camera.project(middle), away, strict=True):
@@ -91,7 +116,9 @@ def _alike(middle: FloatArray, away: FloatArray, body: Body, subject: Subject, c
         if asked.any() and beside.sum() > _LEAST:
             palette = lab[beside]
             palette = palette[:: max(1, len(palette) // _SAMPLES)]
-            alike = cKDTree(palette).query_ball_point(lab[asked], _ALIKE, workers=1, return_length=True)
+            alike = cKDTree(palette).query_ball_point(
+                lab[asked], _ALIKE, workers=1, return_length=True
+            )
             shares.append(float((alike > _OFTEN * len(palette)).mean()))
     return float(np.mean(shares)) if shares else 1.0
 

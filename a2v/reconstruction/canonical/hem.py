@@ -1,4 +1,5 @@
-"""The hem of a skirt on legs that are together: no gap between them tells of cloth, but bare legs come out of one piece of it."""
+"""The hem of a skirt on legs that are together: no gap between them tells of cloth, but bare legs
+come out of one piece of it."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ _ACROSS = 0.025
 _LIGHT = 0.15
 """What lightness counts for: legs lie in the shadow of a skirt."""
 _HUES = (60.0, 8.0)
-"""And a and b, which fade in the shadow too: times the first, divided by lightness and the second."""
+"""And a and b, which fade in the shadow too: times the first, divided by lightness and the
+second."""
 _SKIN = 20.0
 """Colours so near to the face's skin, in units of `_stuff`, may be a leg's."""
 _RIGHT = 0.85
@@ -28,7 +30,8 @@ _BARE = 6
 _LOWEST = 1.6
 """Farther down it is no hem of a skirt whose legs are together, but of trousers."""
 _UNEVEN = 0.14
-"""Hems of both legs lie at most so far apart along them, metres: above a raised knee it slides up."""
+"""Hems of both legs lie at most so far apart along them, metres: above a raised knee it slides
+up."""
 _OVER = (0.03, 0.08)
 """The cloth between both legs is asked so far above the hem, metres."""
 _APART = 0.04
@@ -40,14 +43,16 @@ _FILLED = 0.9
 _SEAM = 6.0
 """Between the legs of shorts lies a shadow: by so much less is the lightness there, CIELAB."""
 _TROUSERS = (0.6, 0.9, 1.2)
-"""Where trousers show it, in terms of `_ALONG`: a fold of a skirt does not run down the middle everywhere."""
+"""Where trousers show it, in terms of `_ALONG`: a fold of a skirt does not run down the middle
+everywhere."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
-    """Height at rest, metres, of the hem of a skirt out of which bare legs come, and of its lowest place; None where there is none, or the photo does not tell.
+    """Height at rest, metres, of the hem of a skirt out of which bare legs come, and of its lowest
+    place; None where there is none, or the photo does not tell.
 
-    Down both legs the photo turns from cloth to the face's skin, and right above, between the legs, there is cloth without the gap or the shadow
-    of two trouser legs.
+    Down both legs the photo turns from cloth to the face's skin, and right above, between the legs,
+    there is cloth without the gap or the shadow of two trouser legs.
     """
     from skimage.color import rgb2lab
 
@@ -69,8 +74,13 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
     places = [place for place in found if place is not None]
     if len(places) < 2:
         return None
-    hems = [float(np.interp(place, _ALONG, axis[:, 1])) for place, axis in zip(places, rest, strict=True)]
-    left, right = (np.array([np.interp(min(places), _ALONG, axis[:, k]) for k in range(3)]) for axis in posed)
+    hems = [
+        float(np.interp(place, _ALONG, axis[:, 1]))
+        for place, axis in zip(places, rest, strict=True)
+    ]
+    left, right = (
+        np.array([np.interp(min(places), _ALONG, axis[:, k]) for k in range(3)]) for axis in posed
+    )
     if abs(hems[0] - hems[1]) > _UNEVEN or not _filled(lab, camera, left, right, palette):
         return None
     return float(np.mean(hems)), min(hems)
@@ -82,8 +92,21 @@ def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
     for transforms in (body.bone_transforms, body.rest_transforms):
         sides = []
         for letter in (".L", ".R"):
-            joints = np.stack([transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3] for bone in ("upperleg01", "lowerleg01", "foot")])
-            sides.append(np.stack([np.interp(_ALONG, [0.0, 1.0, 2.0], joints[:, k].astype(np.float64)) for k in range(3)], axis=1))
+            joints = np.stack(
+                [
+                    transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3]
+                    for bone in ("upperleg01", "lowerleg01", "foot")
+                ]
+            )
+            sides.append(
+                np.stack(
+                    [
+                        np.interp(_ALONG, [0.0, 1.0, 2.0], joints[:, k].astype(np.float64))
+                        for k in range(3)
+                    ],
+                    axis=1,
+                )
+            )
         result.append(sides)
     return result[0], result[1]
 
@@ -92,14 +115,25 @@ def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
     """Which pixels (h, w), every `STEP`-th, show legs, and nothing before them."""
     height, width = (side // STEP for side in subject.mask.shape)
     flat = camera.flatten(body.vertices).astype(np.float32)
-    skin = Surface(vertices=flat, faces=np.asarray(body.faces, np.int32), colors=np.zeros(flat.shape, np.float32))
+    skin = Surface(
+        vertices=flat,
+        faces=np.asarray(body.faces, np.int32),
+        colors=np.zeros(flat.shape, np.float32),
+    )
     shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
-    near = on_parts(np.arange(len(PARTS)), "torso", *(f"{side}_{part}" for side in ("left", "right") for part in ("thigh", "shin", "foot")))
+    near = on_parts(
+        np.arange(len(PARTS)),
+        "torso",
+        *(f"{side}_{part}" for side in ("left", "right") for part in ("thigh", "shin", "foot")),
+    )
     return np.asarray((shown < 0) | near[shown])
 
 
-def _colors(lab: FloatArray, shown: BoolArray, camera: Camera, points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Colours (n, 3), the medians across a leg, at those places (n,) of its axis (88, 3) that the photo shows."""
+def _colors(
+    lab: FloatArray, shown: BoolArray, camera: Camera, points: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Colours (n, 3), the medians across a leg, at those places (n,) of its axis (88, 3) that the
+    photo shows."""
     pixels = camera.project(points)
     beside = np.linspace(-1, 1, 5)[:, None] * _ACROSS * camera.scale * np.array([1.0, 0.0])
     where = np.floor(pixels[:, None] + beside).astype(np.int64)
@@ -118,27 +152,34 @@ def _stuff(lab: FloatArray) -> FloatArray:
 
 
 def _is_skin(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> BoolArray:
-    """Which colours (n, 3) are nearer to the skin's `tone` (3,) than to those of the cloth (m, 3)."""
+    """Which colours (n, 3) are nearer to the skin's `tone` (3,) than to those of the cloth (m,
+    3)."""
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
     return np.asarray((to_skin < _SKIN) & (to_skin < to_cloth))
 
 
 def _hem(skin: BoolArray, places: IntArray) -> float | None:
-    """Where on a leg, in `_ALONG`'s terms, what is asked at `places` (n,) turns from cloth to skin; None where it does not."""
+    """Where on a leg, in `_ALONG`'s terms, what is asked at `places` (n,) turns from cloth to skin;
+    None where it does not."""
     if skin.sum() < _BARE or (~skin).sum() < _BARE:
         return None
     upto = np.cumsum(np.where(skin, 1, -1))  # skin above a cut less cloth above it
     cut = int(upto.argmin())
     below = skin[cut + 1 :]
-    bare = max(below.mean(), below[: 3 * _BARE].mean()) if len(below) >= _BARE else 0.0  # stockings and shoes may come after it, and shadows
+    bare = (
+        max(below.mean(), below[: 3 * _BARE].mean()) if len(below) >= _BARE else 0.0
+    )  # stockings and shoes may come after it, and shadows
     if bare < _RIGHT or (~skin[: cut + 1]).mean() < _RIGHT or _ALONG[places[cut]] > _LOWEST:
         return None
     return float(_ALONG[places[cut : cut + 2]].mean())
 
 
-def _filled(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, palette: FloatArray) -> bool:
-    """Whether right above the hem, between its places on both axes (3,), there is cloth of the legs' colours (m, 3), and no shadow of two legs."""
+def _filled(
+    lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, palette: FloatArray
+) -> bool:
+    """Whether right above the hem, between its places on both axes (3,), there is cloth of the
+    legs' colours (m, 3), and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
     colors = _strip(lab, camera, left, right, _OVER)
@@ -147,29 +188,45 @@ def _filled(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray
 
 
 def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
-    """Whether the photo shows a shadow down the middle between both legs: these are trousers, though nothing else lies between."""
+    """Whether the photo shows a shadow down the middle between both legs: these are trousers,
+    though nothing else lies between."""
     from skimage.color import rgb2lab
 
     lab, (posed, _) = np.asarray(rgb2lab(subject.image), np.float64), _axes(body)
     shadows = []
     for place in _TROUSERS:
-        left, right = (np.array([np.interp(place, _ALONG, axis[:, k]) for k in range(3)]) for axis in posed)
-        shadows.append(bool(np.linalg.norm(left - right) > _APART) and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM)
+        left, right = (
+            np.array([np.interp(place, _ALONG, axis[:, k]) for k in range(3)]) for axis in posed
+        )
+        shadows.append(
+            bool(np.linalg.norm(left - right) > _APART)
+            and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM
+        )
     return all(shadows)
 
 
-def _strip(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, heights: tuple[float, float]) -> FloatArray:
-    """Colours (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far above it, metres."""
+def _strip(
+    lab: FloatArray,
+    camera: Camera,
+    left: FloatArray,
+    right: FloatArray,
+    heights: tuple[float, float],
+) -> FloatArray:
+    """Colours (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far
+    above it, metres."""
     share = np.linspace(0.0, 1.0, 15)[:, None]
     rows = []
     for over in np.linspace(*heights, 5):
-        pixels = np.floor(camera.project(left + share * (right - left) + [0.0, over, 0.0])).astype(np.int64)
+        pixels = np.floor(camera.project(left + share * (right - left) + [0.0, over, 0.0])).astype(
+            np.int64
+        )
         column, row = np.clip(pixels, 0, np.array(lab.shape[1::-1]) - 1).T
         rows.append(lab[row, column])
     return np.stack(rows)
 
 
 def _shadow(colors: FloatArray) -> float:
-    """By how much darker the middle of a strip (5, 15, 3) is than both its ends; a fold, which is narrow, counts little."""
+    """By how much darker the middle of a strip (5, 15, 3) is than both its ends; a fold, which is
+    narrow, counts little."""
     light = colors[..., 0].mean(axis=0)
     return float(min(light[:4].mean(), light[-4:].mean()) - np.sort(light[4:11])[1:4].mean())

@@ -1,4 +1,5 @@
-"""What a reconstructed surface says of the body's displacement: rays from the posed skin, kept where what they meet is that very part."""
+"""What a reconstructed surface says of the body's displacement: rays from the posed skin, kept
+where what they meet is that very part."""
 
 from __future__ import annotations
 
@@ -14,18 +15,30 @@ from a2v.reconstruction.canonical.shape import RestMesh
 from a2v.reconstruction.canvas import STEP
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Surface
 
-_MOST: dict[str, float] = {"head": 0.14, "neck": 0.12, "torso": 0.16, "upper_arm": 0.09, "lower_arm": 0.09, "hand": 0.03, "thigh": 0.14, "shin": 0.12, "foot": 0.03}
+_MOST: dict[str, float] = {
+    "head": 0.14,
+    "neck": 0.12,
+    "torso": 0.16,
+    "upper_arm": 0.09,
+    "lower_arm": 0.09,
+    "hand": 0.03,
+    "thigh": 0.14,
+    "shin": 0.12,
+    "foot": 0.03,
+}
 """Cloth and hair stand off the skin of a part by at most so much, metres."""
 _SUNK = 0.035
 """The surface lies at most so far below the fitted skin, metres."""
 _AGREE = 0.25
 """Cosine between the normals of skin and surface from which a hit counts."""
 _FOREIGN = (0.8, 0.012)
-"""A hit counts where the nearest skin of another limb is farther off than this share of its own distance and so many metres more: nothing touches there."""
+"""A hit counts where the nearest skin of another limb is farther off than this share of its own
+distance and so many metres more: nothing touches there."""
 _UNSEEN = 0.35
 """What a displacement counts for that only the network says."""
 _EVENED = 2
-"""Rays leave along normals that are averaged over so many rings of vertices: in creases they would cross."""
+"""Rays leave along normals that are averaged over so many rings of vertices: in creases they would
+cross."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +67,22 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The photo's camera, and which of its pixels show what is around the person (`a2v.reconstruction.canvas.surroundings_taken`)."""
+    """The photo's camera, and which of its pixels show what is around the person
+    (`a2v.reconstruction.canvas.surroundings_taken`)."""
 
     camera: Camera
     taken: BoolArray
 
 
-def observe(surface: Surface, mesh: RestMesh, skin: FloatArray, allowed: BoolArray, *, near: float, view: View) -> Observed:
+def observe(
+    surface: Surface,
+    mesh: RestMesh,
+    skin: FloatArray,
+    allowed: BoolArray,
+    *,
+    near: float,
+    view: View,
+) -> Observed:
     """Cast the posed skin onto a surface.
 
     Parameters
@@ -86,11 +108,17 @@ def observe(surface: Surface, mesh: RestMesh, skin: FloatArray, allowed: BoolArr
     own = np.flatnonzero(allowed)
     inside = scene.crossings(np.asarray(skin[own], np.float32), flat) > 0
     way = np.where(inside, 1.0, -1.0)
-    hits = scene.cast(np.asarray(skin[own], np.float32), np.asarray(normals[own] * way[:, None], np.float32))
+    hits = scene.cast(
+        np.asarray(skin[own], np.float32), np.asarray(normals[own] * way[:, None], np.float32)
+    )
     met = np.where(hits.hit[:, None], flat[np.where(hits.hit, hits.face, 0)], 0.0)
     offset = np.where(hits.hit, hits.distance, 0.0) * way
-    most = np.array([_MOST[name.removeprefix("left_").removeprefix("right_")] for name in PARTS])[mesh.parts[own]]
-    good = hits.hit & ((met * normals[own]).sum(axis=1) > _AGREE) & (offset < most) & (offset > -_SUNK)
+    most = np.array([_MOST[name.removeprefix("left_").removeprefix("right_")] for name in PARTS])[
+        mesh.parts[own]
+    ]
+    good = (
+        hits.hit & ((met * normals[own]).sum(axis=1) > _AGREE) & (offset < most) & (offset > -_SUNK)
+    )
     places = skin[own] + offset[:, None] * normals[own]
     nearest = cKDTree(skin[allowed]).query(places, workers=1)[1]
     good &= np.linalg.norm(mesh.vertices[own[nearest]] - mesh.vertices[own], axis=1) < near
@@ -105,27 +133,44 @@ def observe(surface: Surface, mesh: RestMesh, skin: FloatArray, allowed: BoolArr
 
 
 def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArray) -> FloatArray:
-    """How far each place (n, 3) is from the nearest skin of a part that does not grow into its own, metres."""
+    """How far each place (n, 3) is from the nearest skin of a part that does not grow into its own,
+    metres."""
     from scipy.spatial import cKDTree
 
     pairs = {frozenset(map(PARTS.index, pair)) for pair in PART_NEIGHBORS}
     beyond = np.full(len(places), np.inf)
     for part in np.unique(parts):
-        asked = np.array([part != mine and frozenset((int(part), int(mine))) not in pairs for mine in range(len(PARTS))])[parts[own]]
+        asked = np.array(
+            [
+                part != mine and frozenset((int(part), int(mine))) not in pairs
+                for mine in range(len(PARTS))
+            ]
+        )[parts[own]]
         if asked.any() and (parts == part).any():
-            beyond[asked] = np.minimum(beyond[asked], cKDTree(skin[parts == part]).query(places[asked], workers=1)[0])
+            beyond[asked] = np.minimum(
+                beyond[asked], cKDTree(skin[parts == part]).query(places[asked], workers=1)[0]
+            )
     return beyond
 
 
 def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Camera) -> BoolArray:
-    """Whether the photo's camera sees the places (n, 3) with the surface's normals (n, 3), or they lie on its outline."""
-    ahead = unit(camera.raised(camera.flatten(places) + np.array([0.0, 0.0, 0.01])) - places, least=1e-9)  # along the pixel's ray
-    hidden = scene.occluded(np.asarray(places + 0.003 * normals + 0.002 * ahead, np.float32), np.asarray(ahead, np.float32))
+    """Whether the photo's camera sees the places (n, 3) with the surface's normals (n, 3), or they
+    lie on its outline."""
+    ahead = unit(
+        camera.raised(camera.flatten(places) + np.array([0.0, 0.0, 0.01])) - places, least=1e-9
+    )  # along the pixel's ray
+    hidden = scene.occluded(
+        np.asarray(places + 0.003 * normals + 0.002 * ahead, np.float32),
+        np.asarray(ahead, np.float32),
+    )
     return np.asarray(~hidden & ((normals * ahead).sum(axis=1) > -0.15))
 
 
 def _of_person(places: FloatArray, view: View) -> BoolArray:
-    """Whether the photo's pixels of the places (n, 3) show the person, and not what the mask took for it."""
+    """Whether the photo's pixels of the places (n, 3) show the person, and not what the mask took
+    for it."""
     height, width = view.taken.shape
     pixels = np.floor(view.camera.project(places) / STEP).astype(np.int64)
-    return np.asarray(~view.taken[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
+    return np.asarray(
+        ~view.taken[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)]
+    )

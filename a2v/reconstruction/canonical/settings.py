@@ -18,12 +18,13 @@ class CharacterSettings:
     Attributes
     ----------
     kind : "canonical" or "fused"
-        The body's own mesh in its rest pose, displaced to the dressed surface; or the papers' way: one surface fused in the photo's pose and
-        bound afterwards (Eq. 19).
+        The body's own mesh in its rest pose, displaced to the dressed surface; or the papers' way:
+        one surface fused in the photo's pose and bound afterwards (Eq. 19).
     smoothing : float
         Metres over which observed displacements are smoothed along the body.
     near : float
-        An observed point is dropped where the nearest skin to it lies farther than this from its vertex on the body at rest, metres.
+        An observed point is dropped where the nearest skin to it lies farther than this from its
+        vertex on the body at rest, metres.
     """
 
     kind: Literal["canonical", "fused"] = "canonical"
@@ -35,9 +36,12 @@ class CharacterSettings:
             raise InputError(f"character is '{self.kind}'; choose canonical or fused")
         for name in ("smoothing", "near"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InputError(f"character.{name} is {getattr(self, name)}; expected a positive length in metres")
+                raise InputError(
+                    f"character.{name} is {getattr(self, name)}; expected a positive length in metres"
+                )
 
 
 def is_canonical(body: Body, settings: CharacterSettings) -> bool:
-    """Whether the character is the canonical one: bodies of other models than Anny have no face, teeth and texture layout that are known here."""
+    """Whether the character is the canonical one: bodies of other models than Anny have no face,
+    teeth and texture layout that are known here."""
     return settings.kind == "canonical" and body.model == "anny"

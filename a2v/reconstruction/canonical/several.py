@@ -1,4 +1,5 @@
-"""One person of several photos: what each photo says of the body's displacement, brought together at rest, and which of them shows the face."""
+"""One person of several photos: what each photo says of the body's displacement, brought together
+at rest, and which of them shows the face."""
 
 from __future__ import annotations
 
@@ -40,16 +41,21 @@ class Sight:
 
 
 def face_of(subjects: Sequence[Subject]) -> int:
-    """Which of the photos shows the face best; the first one if it does nearly as well, or if none does."""
+    """Which of the photos shows the face best; the first one if it does nearly as well, or if none
+    does."""
     widths = [0.0 if subject.face is None else face_width(subject.face) for subject in subjects]
     best = int(np.argmax(widths))
     return best if widths[best] > OWN_FACE * widths[0] else 0
 
 
-def merged(seen: Sequence[Observed], weights: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), metres, and what they count for (V,), of several photos' observations with `weights` (V,).
+def merged(
+    seen: Sequence[Observed], weights: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Displacements (V,), metres, and what they count for (V,), of several photos' observations
+    with `weights` (V,).
 
-    Each counts by how well its photo tells it: along the photo's plane the outline does, along its rays the network; what a photo did not see counts by the square.
+    Each counts by how well its photo tells it: along the photo's plane the outline does, along its
+    rays the network; what a photo did not see counts by the square.
     """
     total, value = np.zeros(len(seen[0].offset)), np.zeros(len(seen[0].offset))
     for one, weight in zip(seen, weights, strict=True):

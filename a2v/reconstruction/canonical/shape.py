@@ -14,7 +14,8 @@ _TWIN = 0.3
 _USUAL = 0.02
 """What the usual displacement of the part counts for."""
 _STIFF = 0.004
-"""Metres over which slopes are held back, too: a thin plate alone would overshoot where nothing is known."""
+"""Metres over which slopes are held back, too: a thin plate alone would overshoot where nothing is
+known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +39,13 @@ class RestMesh:
     twin: IntArray
 
 
-def solve_offsets(mesh: RestMesh, offset: FloatArray, weight: FloatArray, *, fixed: BoolArray, smoothing: float) -> FloatArray:
+def solve_offsets(
+    mesh: RestMesh, offset: FloatArray, weight: FloatArray, *, fixed: BoolArray, smoothing: float
+) -> FloatArray:
     """Displacements (V,) float64, metres, near the observed ones and smooth over the body.
 
-    Minimises sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the Laplacian D and the gradient G of the body at rest.
+    Minimises sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the
+    Laplacian D and the gradient G of the body at rest.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""A skirt, or the skirt of a dress or a coat: a closed layer around both legs that hangs from the hips and follows both thighs."""
+"""A skirt, or the skirt of a dress or a coat: a closed layer around both legs that hangs from the
+hips and follows both thighs."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ _THICK = 0.003
 _BAND = 0.02
 """Skin up to so far above and below a row says how wide the legs are there, metres."""
 _SIDE = 0.7
-"""Left of this share of the half width the cloth follows the left thigh, right of it the right one, and between both."""
+"""Left of this share of the half width the cloth follows the left thigh, right of it the right one,
+and between both."""
 _START = 0.06
 """Rays leave so far within the legs' hull, metres."""
 _MOST = 0.28
@@ -40,11 +42,13 @@ _SMOOTH = 0.03
 _BREAK = 3
 """So many rows without cloth between the legs end it."""
 BELOW = 0.05
-"""So far below the lowest place of a hem that the photo shows, metres, legs are bare: the surface steps in there."""
+"""So far below the lowest place of a hem that the photo shows, metres, legs are bare: the surface
+steps in there."""
 _LEAST = 0.15
 """What is shorter, metres, is a displacement of the trunk."""
 _STEPS = (0.04, 0.65)
-"""Cloth that stood off by more than this, metres, ends where it stands off by less than this share of its most."""
+"""Cloth that stood off by more than this, metres, ends where it stands off by less than this share
+of its most."""
 _SHARE = 0.2
 """Height of its strip at the bottom of the texture; the body's layout shrinks by as much."""
 _INNER = 0.03
@@ -74,23 +78,42 @@ class Skirt:
     hem: float
 
 
-def make_skirt(surface: Surface, body: Body, rest: FloatArray, hem: float | None = None) -> Skirt | None:
-    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices at rest are `rest` (V, 3); None where it is too short to hang.
+def make_skirt(
+    surface: Surface, body: Body, rest: FloatArray, hem: float | None = None
+) -> Skirt | None:
+    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices
+    at rest are `rest` (V, 3); None where it is too short to hang.
 
     It ends at the height `hem`, metres at rest; None: where the surface steps back to the legs.
     """
     from scipy.spatial import cKDTree
 
     skin = np.asarray(rest[: SKIN.stop], np.float64)
-    low = on_parts(body.parts[: SKIN.stop], "torso", "left_thigh", "left_shin", "right_thigh", "right_shin")
-    hips, ankles = (np.stack([body.rest_transforms[body.bone_names.index(f"{bone}{side}"), :3, 3] for side in (".L", ".R")]).mean(axis=0) for bone in ("upperleg01", "foot"))
+    low = on_parts(
+        body.parts[: SKIN.stop], "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"
+    )
+    hips, ankles = (
+        np.stack(
+            [
+                body.rest_transforms[body.bone_names.index(f"{bone}{side}"), :3, 3]
+                for side in (".L", ".R")
+            ]
+        ).mean(axis=0)
+        for bone in ("upperleg01", "foot")
+    )
     heights = np.arange(hips[1] + _ABOVE, ankles[1] + 0.04, -_ROW)
     base, weights = _hull(skin, low, heights, hips), _blended(body, skin, low, heights)
     four, bones = _largest(weights)
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
+        body.rest_transforms.astype(np.float64)
+    )
     turn = np.einsum("nk,nkab->nab", four, moved[bones][..., :3, :])
     posed = np.einsum("nab,nb->na", turn[..., :3], base) + turn[..., 3]
-    rows = _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12) if hem is None else int((heights >= hem).sum())
+    rows = (
+        _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12)
+        if hem is None
+        else int((heights >= hem).sum())
+    )
     if heights[0] - heights[rows - 1] < _LEAST:
         return None
     count = rows * COLUMNS
@@ -99,10 +122,19 @@ def make_skirt(surface: Surface, body: Body, rest: FloatArray, hem: float | None
     found, known = _observed(surface, posed, faces, body)
     rows = _hem(found, known, rows) if hem is None else rows
     count = rows * COLUMNS
-    base, four, bones, found, known, faces = base[:count], four[:count], bones[:count], found[:count], known[:count], _tube(rows)
+    base, four, bones, found, known, faces = (
+        base[:count],
+        four[:count],
+        bones[:count],
+        found[:count],
+        known[:count],
+        _tube(rows),
+    )
     twin = np.arange(count).reshape(rows, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
     tube = RestMesh(vertices=base, faces=faces, parts=np.zeros(count, np.int64), twin=twin)
-    offset = solve_offsets(tube, found, known.astype(np.float64), fixed=np.zeros(count, bool), smoothing=_SMOOTH)
+    offset = solve_offsets(
+        tube, found, known.astype(np.float64), fixed=np.zeros(count, bool), smoothing=_SMOOTH
+    )
     offset = np.maximum(offset, 0.004)
     out = smoothstep(heights[0] - base[:, 1], 0.0, _TUCKED)
     offset = out * offset - (1 - out) * _UNDER
@@ -112,13 +144,21 @@ def make_skirt(surface: Surface, body: Body, rest: FloatArray, hem: float | None
     outer = base + offset[:, None] * normals
     anchors = np.flatnonzero(low)[cKDTree(skin[low]).query(outer, workers=1)[1]]
     return Skirt(
-        np.concatenate([outer, outer - _THICK * normals]), np.tile(four, (2, 1)), np.tile(bones, (2, 1)), np.tile(anchors, 2), float(heights[rows - 1])
+        np.concatenate([outer, outer - _THICK * normals]),
+        np.tile(four, (2, 1)),
+        np.tile(bones, (2, 1)),
+        np.tile(anchors, 2),
+        float(heights[rows - 1]),
     )
 
 
 def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no clothes of its own: down to the height `lowest`, metres."""
-    low, top = on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"), float(skirt.vertices[:, 1].max())
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no
+    clothes of its own: down to the height `lowest`, metres."""
+    low, top = (
+        on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"),
+        float(skirt.vertices[:, 1].max()),
+    )
     return np.asarray(low & (rest[:, 1] > min(lowest, skirt.hem)) & (rest[:, 1] < top - _TUCKED))
 
 
@@ -144,14 +184,20 @@ def skirt_faces(count: int) -> IntArray:
     rims = []
     for row, turned in ((0, False), (rows - 1, True)):
         one, two = row * COLUMNS + around, row * COLUMNS + after
-        ring = np.concatenate([np.stack([one, two, two + half], axis=1), np.stack([one, two + half, one + half], axis=1)])
+        ring = np.concatenate(
+            [
+                np.stack([one, two, two + half], axis=1),
+                np.stack([one, two + half, one + half], axis=1),
+            ]
+        )
         rims.append(ring[:, ::-1] if turned else ring)
     return np.concatenate([outer, outer[:, ::-1] + half, *rims])
 
 
 @functools.lru_cache(maxsize=4)
 def skirt_layout(count: int) -> FloatArray:
-    """Texture coordinates (f, 3, 2) of `skirt_faces`, in a strip at the bottom: angle to the right, height up; the inner side below."""
+    """Texture coordinates (f, 3, 2) of `skirt_faces`, in a strip at the bottom: angle to the right,
+    height up; the inner side below."""
     rows = count // (2 * COLUMNS)
     faces = skirt_faces(count)
     inner = (faces >= rows * COLUMNS).all(axis=1)
@@ -159,7 +205,9 @@ def skirt_layout(count: int) -> FloatArray:
     column, row = (own % COLUMNS).astype(np.float64), own // COLUMNS
     column += COLUMNS * ((column == 0) & (column.max(axis=1) == COLUMNS - 1)[:, None])
     v = 1 - row / (rows - 1)
-    high = np.where(inner[:, None], 0.004 + (_INNER - 0.008) * v, _INNER + 0.004 + (_SHARE - _INNER - 0.012) * v)
+    high = np.where(
+        inner[:, None], 0.004 + (_INNER - 0.008) * v, _INNER + 0.004 + (_SHARE - _INNER - 0.012) * v
+    )
     return np.asarray(np.stack([0.004 + 0.992 * column / COLUMNS, high], axis=-1), np.float32)
 
 
@@ -170,7 +218,9 @@ def body_layout(uv: FloatArray) -> FloatArray:
 
 def skirt_twins(count: int) -> IntArray:
     """The mirrored vertex (count,) of each."""
-    return np.asarray(np.arange(count).reshape(-1, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel())
+    return np.asarray(
+        np.arange(count).reshape(-1, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
+    )
 
 
 def _angles() -> FloatArray:
@@ -202,16 +252,24 @@ def _hull(skin: FloatArray, low: BoolArray, heights: FloatArray, hips: FloatArra
 
 
 def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) -> FloatArray:
-    """Weights (n, B) of the columns row by row: those of the legs at the height, each side's, blended between the legs by the angle."""
+    """Weights (n, B) of the columns row by row: those of the legs at the height, each side's,
+    blended between the legs by the angle."""
     from scipy.ndimage import gaussian_filter1d
 
     sides = []
     for sign in (1, -1):
         own = np.flatnonzero(low & (sign * skin[:, 0] > 0.0))
-        per_row = [body.weights[own[np.abs(skin[own, 1] - height) < 2 * _BAND]].mean(axis=0) for height in heights]
-        sides.append(gaussian_filter1d(np.stack(per_row).astype(np.float64), 2.0, axis=0, mode="nearest"))
+        per_row = [
+            body.weights[own[np.abs(skin[own, 1] - height) < 2 * _BAND]].mean(axis=0)
+            for height in heights
+        ]
+        sides.append(
+            gaussian_filter1d(np.stack(per_row).astype(np.float64), 2.0, axis=0, mode="nearest")
+        )
     share = smoothstep(np.sin(_angles()), -_SIDE, _SIDE)
-    mixed = share[None, :, None] * sides[0][:, None] + (1 - share)[None, :, None] * sides[1][:, None]
+    mixed = (
+        share[None, :, None] * sides[0][:, None] + (1 - share)[None, :, None] * sides[1][:, None]
+    )
     return np.asarray(mixed.reshape(-1, body.weights.shape[1]))
 
 
@@ -222,10 +280,14 @@ def _largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def _rows_of_cloth(surface: Surface, posed: FloatArray, below: BoolArray) -> int:
-    """Number of rows, from the top, down to which the surface is filled between the legs; `posed` (R, C, 3), `below` (R,) the crotch."""
+    """Number of rows, from the top, down to which the surface is filled between the legs; `posed`
+    (R, C, 3), `below` (R,) the crotch."""
     middle = posed.mean(axis=1)
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
-    filled = RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle, np.float32), flat) > 0
+    filled = (
+        RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle, np.float32), flat)
+        > 0
+    )
     last, missing = int(below.argmax()), 0
     for row in range(last, len(filled)):
         missing = 0 if filled[row] else missing + 1
@@ -236,24 +298,41 @@ def _rows_of_cloth(surface: Surface, posed: FloatArray, below: BoolArray) -> int
     return last + 1
 
 
-def _observed(surface: Surface, posed: FloatArray, faces: IntArray, body: Body) -> tuple[FloatArray, BoolArray]:
-    """Displacements (n,) of the posed hull (n, 3) along its normals to the surface, and where they are known."""
+def _observed(
+    surface: Surface, posed: FloatArray, faces: IntArray, body: Body
+) -> tuple[FloatArray, BoolArray]:
+    """Displacements (n,) of the posed hull (n, 3) along its normals to the surface, and where they
+    are known."""
     from scipy.spatial import cKDTree
 
     normals = vertex_normals(posed, faces).astype(np.float64)
     scene = RayScene(surface.vertices, surface.faces)
-    hits = scene.cast(np.asarray(posed - _START * normals, np.float32), np.asarray(normals, np.float32))
+    hits = scene.cast(
+        np.asarray(posed - _START * normals, np.float32), np.asarray(normals, np.float32)
+    )
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
     met = flat[np.where(hits.hit, hits.face, 0)]
     offset = np.where(hits.hit, hits.distance - _START, 0.0)
-    arms = body.vertices[on_parts(body.parts, *(f"{side}_{part}" for side in ("left", "right") for part in ("hand", "lower_arm")))]
+    arms = body.vertices[
+        on_parts(
+            body.parts,
+            *(f"{side}_{part}" for side in ("left", "right") for part in ("hand", "lower_arm")),
+        )
+    ]
     away = cKDTree(arms).query(posed + offset[:, None] * normals, workers=1)[0]
-    known = hits.hit & ((met * normals).sum(axis=1) > 0.1) & (offset < _MOST) & (offset > -_START / 2) & (away > 0.04)
+    known = (
+        hits.hit
+        & ((met * normals).sum(axis=1) > 0.1)
+        & (offset < _MOST)
+        & (offset > -_START / 2)
+        & (away > 0.04)
+    )
     return np.where(known, offset, 0.0), known
 
 
 def _hem(found: FloatArray, known: BoolArray, rows: int) -> int:
-    """Number of the `rows` down to which the cloth stands off: where it ends, the surface steps in to the legs. `found`, `known` (rows C,)."""
+    """Number of the `rows` down to which the cloth stands off: where it ends, the surface steps in
+    to the legs. `found`, `known` (rows C,)."""
     wide = np.where(known, found, np.nan).reshape(rows, COLUMNS)
     first, most = int(np.ceil(_LEAST / _ROW)), 0.0
     for row in range(first, rows):
@@ -272,4 +351,9 @@ def _tube(rows: int) -> IntArray:
     row, column = np.meshgrid(np.arange(rows - 1), np.arange(COLUMNS), indexing="ij")
     one, two = row * COLUMNS + column, row * COLUMNS + (column + 1) % COLUMNS
     below, beside = one + COLUMNS, two + COLUMNS
-    return np.concatenate([np.stack([one, below, two], axis=-1).reshape(-1, 3), np.stack([two, below, beside], axis=-1).reshape(-1, 3)])
+    return np.concatenate(
+        [
+            np.stack([one, below, two], axis=-1).reshape(-1, 3),
+            np.stack([two, below, beside], axis=-1).reshape(-1, 3),
+        ]
+    )

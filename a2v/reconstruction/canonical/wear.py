@@ -31,7 +31,8 @@ _SPREAD = 120
 
 
 def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) with trunk and limbs smoothed: cloth shows neither navel nor cleft."""
+    """Anny's vertices and teeth (13854, 3) with trunk and limbs smoothed: cloth shows neither navel
+    nor cleft."""
     share = np.zeros((len(body.vertices), 1))
     share[on_parts(body.parts, *COVERED)] = 1.0
     faces = np.asarray(body.faces, np.int64)
@@ -42,24 +43,30 @@ def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
 
 
 def in_shoes(body: Body, rest: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) at rest, with toes that are closed and soles that are flat."""
+    """Anny's vertices and teeth (13854, 3) at rest, with toes that are closed and soles that are
+    flat."""
     result = rest.copy()
     faces = np.asarray(body.faces, np.int64)
     for side, letter in (("left", ".L"), ("right", ".R")):
         own = np.flatnonzero(on_parts(body.parts, f"{side}_foot"))
         own = own[own < SKIN.stop]
-        ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), :3, 3].astype(np.float64)
+        ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), :3, 3].astype(
+            np.float64
+        )
         ahead = rest[own, 2] - ankle[2]
         number = np.full(len(rest), -1)
         number[own] = np.arange(len(own))
         within = number[faces[(number[faces] >= 0).all(axis=1)]]
         result[own] = _closed_toes(within, rest[own], smoothstep(ahead, *_BALL))
     result[: SKIN.stop] = _evened_feet(body, faces, result[: SKIN.stop])
-    return flat_soles(result, np.concatenate([body.parts, np.full(len(rest) - len(body.parts), -1)]))
+    return flat_soles(
+        result, np.concatenate([body.parts, np.full(len(rest) - len(body.parts), -1)])
+    )
 
 
 def in_tips(body: Body, vertices: FloatArray, parts: IntArray) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie where toes are one: a shoe's tip, which has its shape already."""
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie where toes are one: a shoe's tip, which
+    has its shape already."""
     result = np.zeros(len(vertices), bool)
     for side, letter in (("left", ".L"), ("right", ".R")):
         ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), 2, 3]
@@ -74,14 +81,20 @@ def flat_soles(vertices: FloatArray, parts: IntArray) -> FloatArray:
         own = np.flatnonzero(on_parts(parts, f"{side}_foot"))
         low = float(np.quantile(vertices[own, 1], 0.02))
         height = vertices[own, 1] - low
-        result[own, 1] = low + np.where(height < _SOLE, 0.0, np.where(height < _ARCH, (height - _SOLE) * _ARCH / (_ARCH - _SOLE), height))
+        result[own, 1] = low + np.where(
+            height < _SOLE,
+            0.0,
+            np.where(height < _ARCH, (height - _SOLE) * _ARCH / (_ARCH - _SOLE), height),
+        )
     return result
 
 
 def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatArray:
-    """Vertices (n, 3) of a foot whose toes, where `share` (n,) is above 0, lie on the convex hull around them, and a shoe's thickness beyond.
+    """Vertices (n, 3) of a foot whose toes, where `share` (n,) is above 0, lie on the convex hull
+    around them, and a shoe's thickness beyond.
 
-    Toes shrink to a stub first, which a ray from the middle meets once; on the hull the vertices are then spread evenly.
+    Toes shrink to a stub first, which a ray from the middle meets once; on the hull the vertices
+    are then spread evenly.
     """
     from scipy.sparse import coo_matrix, diags, identity
     from scipy.sparse.linalg import spsolve
@@ -93,7 +106,10 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
     middle = np.array([*corners[:, :2].mean(axis=0), corners[:, 2].min()])
     lengths = -(hull.equations[:, :3] @ middle + hull.equations[:, 3])
     one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    edges = coo_matrix((np.full(2 * len(one), 0.5), (np.concatenate([one, two]), np.concatenate([two, one]))), shape=(len(rest), len(rest)))
+    edges = coo_matrix(
+        (np.full(2 * len(one), 0.5), (np.concatenate([one, two]), np.concatenate([two, one]))),
+        shape=(len(rest), len(rest)),
+    )
     system = identity(len(rest)) + diags(_STUB * share**2) @ laplacian(edges)
     points = np.asarray(spsolve(system.tocsc(), rest))
     for _ in range(_SPREAD):
@@ -112,5 +128,9 @@ def _evened_feet(body: Body, faces: IntArray, skin: FloatArray) -> FloatArray:
     share = on_parts(body.parts[: len(skin)], "left_foot", "right_foot").astype(np.float64)
     for name in (".L", ".R"):
         ankle = body.rest_transforms[body.bone_names.index(f"foot{name}"), 2, 3]
-        share = share * smoothstep(skin[:, 2] - ankle, 0.0, _BALL[1]) * (1 - smoothstep(skin[:, 2] - ankle, _BALL[1], 1.5 * _BALL[1]))
+        share = (
+            share
+            * smoothstep(skin[:, 2] - ankle, 0.0, _BALL[1])
+            * (1 - smoothstep(skin[:, 2] - ankle, _BALL[1], 1.5 * _BALL[1]))
+        )
     return np.asarray(skin + share[:, None] * (evened(own, skin, 6) - skin))

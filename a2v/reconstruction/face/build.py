@@ -1,4 +1,5 @@
-"""The body's face laid where the photo shows it and sewn into the surface, with its 52 expressions."""
+"""The body's face laid where the photo shows it and sewn into the surface, with its 52
+expressions."""
 
 from __future__ import annotations
 
@@ -9,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from a2v.body.face import EYES, LEFT_EYEBALL, RIGHT_EYEBALL, TONGUE, actions_of, face_landmarks, teeth
+from a2v.body.face import (
+    EYES,
+    LEFT_EYEBALL,
+    RIGHT_EYEBALL,
+    TONGUE,
+    actions_of,
+    face_landmarks,
+    teeth,
+)
 from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
@@ -20,21 +29,25 @@ from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
 TURNED = 38.0
-"""Faces turned farther than so many degrees from the camera have no expressions on a fused surface, and no features of their own on a canonical one."""
+"""Faces turned farther than so many degrees from the camera have no expressions on a fused surface,
+and no features of their own on a canonical one."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
-"""The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips hide them, and open ones show them."""
+"""The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips
+hide them, and open ones show them."""
 _UPPER_UP = 0.0005
 """The upper ones are moved up so far, metres."""
 _LOWER_DOWN = 0.002
 """The lower ones are moved down so far, metres."""
 _CLOSED = 0.05
-"""So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a fraction of a millimetre, through which teeth show."""
+"""So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a
+fraction of a millimetre, through which teeth show."""
 _LID = 0.82
 """So much of the model's blink: whole, its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
 """The detector sees the model's face, drawn from before, bent forward by so many degrees."""
 _EYE_REACH = (0.027, 0.036)
-"""Expressions of an eye are whole up to the first distance from its middle, metres, and end at the second."""
+"""Expressions of an eye are whole up to the first distance from its middle, metres, and end at the
+second."""
 _LEAST = 1e-5
 """Shorter offsets, metres, are none."""
 
@@ -46,9 +59,11 @@ class FaceSettings:
     Attributes
     ----------
     expressions : bool
-        Lay the body's own face into the surface, with its expressions; without, the face is as the surface has it, and does not move.
+        Lay the body's own face into the surface, with its expressions; without, the face is as the
+        surface has it, and does not move.
     smoothing : float
-        How far the landmarks may be missed for a smoother face, square metres of thin-plate splines.
+        How far the landmarks may be missed for a smoother face, square metres of thin-plate
+        splines.
     """
 
     expressions: bool = True
@@ -60,13 +75,19 @@ class FaceSettings:
 
 
 def add_face(
-    person: Reconstruction, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings()
+    person: Reconstruction,
+    subject: Subject,
+    body: Body,
+    camera: Camera,
+    *,
+    settings: FaceSettings = FaceSettings(),
 ) -> Reconstruction:
     """Replace the face of a surface by the body's own.
 
-    The front of the fitted body's head is bent, in the photo's plane, so that what the detector sees on it lies where it sees it on the
-    photo; in depth it follows the surface around it. The surface is cut open there and sewn to the patch's rim. The expressions go
-    through the same bend, so that what touches on the body (lids, lips) touches on the person.
+    The front of the fitted body's head is bent, in the photo's plane, so that what the detector
+    sees on it lies where it sees it on the photo; in depth it follows the surface around it. The
+    surface is cut open there and sewn to the patch's rim. The expressions go through the same bend,
+    so that what touches on the body (lids, lips) touches on the person.
 
     Parameters
     ----------
@@ -79,8 +100,8 @@ def add_face(
     Returns
     -------
     Reconstruction
-        With ``surface.face``, or `person` itself where the photo shows no face from before, or it cannot be sewn in;
-        ``surface.provenance["face"]`` says which.
+        With ``surface.face``, or `person` itself where the photo shows no face from before, or it
+        cannot be sewn in; ``surface.provenance["face"]`` says which.
     """
     if not settings.expressions or body.model != "anny":
         return person
@@ -90,7 +111,12 @@ def add_face(
         return made
     reason = laid if isinstance(laid, str) else "the surface around the face is too torn"
     surface = person.surface
-    return dataclasses.replace(person, surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"face": reason}))
+    return dataclasses.replace(
+        person,
+        surface=dataclasses.replace(
+            surface, provenance=dict(surface.provenance) | {"face": reason}
+        ),
+    )
 
 
 def turned_away(landmarks: FloatArray) -> float:
@@ -98,11 +124,14 @@ def turned_away(landmarks: FloatArray) -> float:
     points = landmarks.astype(np.float64)
     across, up = points[263] - points[33], points[10] - points[152]
     ahead = np.cross(across * [1, -1, 1], up * [1, -1, 1])
-    return float(np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1))))
+    return float(
+        np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1)))
+    )
 
 
 def _unfit(subject: Subject, most: float) -> str:
-    """Why the photo's face cannot be used, if it may be turned away by `most` degrees; empty if it can."""
+    """Why the photo's face cannot be used, if it may be turned away by `most` degrees; empty if it
+    can."""
     if subject.face is None:
         return "no face seen from before"
     turned = turned_away(subject.face)
@@ -110,19 +139,24 @@ def _unfit(subject: Subject, most: float) -> str:
 
 
 class _Bend:
-    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate splines, in depth by the surface around."""
+    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate
+    splines, in depth by the surface around."""
 
     def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
         from scipy.interpolate import RBFInterpolator
 
-        self._plane = RBFInterpolator(sources, targets - sources, kernel="thin_plate_spline", smoothing=smoothing)
+        self._plane = RBFInterpolator(
+            sources, targets - sources, kernel="thin_plate_spline", smoothing=smoothing
+        )
         self._depth: Any = None
 
     def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
         """Shift depths by `depths` (n,) at the bent `places` (n, 2)."""
         from scipy.interpolate import RBFInterpolator
 
-        self._depth = RBFInterpolator(places, depths[:, None], kernel="thin_plate_spline", smoothing=smoothing)
+        self._depth = RBFInterpolator(
+            places, depths[:, None], kernel="thin_plate_spline", smoothing=smoothing
+        )
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Bent points (n, 3)."""
@@ -134,14 +168,17 @@ class _Bend:
 
 
 class _Placing:
-    """Moves and scales the body's face as a whole to where the photo shows it, without bending it."""
+    """Moves and scales the body's face as a whole to where the photo shows it, without bending
+    it."""
 
     _SCALES = (0.8, 1.25)
 
     def __init__(self, sources: FloatArray, targets: FloatArray, points: FloatArray):
         self._from, self._to = sources.mean(axis=0), targets.mean(axis=0)
         away, wanted = sources - self._from, targets - self._to
-        self._scale = float(np.clip((away * wanted).sum() / max(float((away**2).sum()), 1e-12), *self._SCALES))
+        self._scale = float(
+            np.clip((away * wanted).sum() / max(float((away**2).sum()), 1e-12), *self._SCALES)
+        )
         self._level, self._shift = float(points[:, 2].mean()), 0.0
 
     def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
@@ -164,7 +201,8 @@ class BentFace:
     ----------
     patch : Patch
     posed, bent : (13854, 3)
-        Anny's vertices and teeth with the head turned as the photo's, before and after the bend, metres.
+        Anny's vertices and teeth with the head turned as the photo's, before and after the bend,
+        metres.
     turns : (13854, 3, 3)
         How each is turned from rest.
     bend : callable
@@ -178,21 +216,32 @@ class BentFace:
     bend: Callable[[FloatArray], FloatArray]
 
     def moved(self, name: str) -> FloatArray:
-        """How far (13854, 3) the expression `name` moves the bent vertices, metres; 0 for those that it does not name."""
+        """How far (13854, 3) the expression `name` moves the bent vertices, metres; 0 for those
+        that it does not name."""
         ids, shifts = actions_of()[name]
         whole = np.zeros_like(self.posed)
-        far = self.posed[ids] + np.einsum("vab,vb->va", self.turns[ids], shifts * _share(name, self.posed)[ids])
+        far = self.posed[ids] + np.einsum(
+            "vab,vb->va", self.turns[ids], shifts * _share(name, self.posed)[ids]
+        )
         whole[ids] = self.bend(far) - self.bent[ids]
         return whole
 
 
 def bend_face(
-    surface: Surface, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings(), most: float = TURNED
+    surface: Surface,
+    subject: Subject,
+    body: Body,
+    camera: Camera,
+    *,
+    settings: FaceSettings = FaceSettings(),
+    most: float = TURNED,
 ) -> BentFace | str:
-    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be done. It is bent in the camera's flat frame.
+    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be
+    done. It is bent in the camera's flat frame.
 
-    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the body's features: it is moved, turned and scaled only,
-    for the photo tells little of the width of its far half.
+    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the body's
+    features: it is moved, turned and scaled only, for the photo tells little of the width of its
+    far half.
     """
     reason = _unfit(subject, most)
     if reason:
@@ -219,7 +268,9 @@ def bend_face(
     return BentFace(patch, posed, bend(posed), turns, bend)
 
 
-def _sewn(person: Reconstruction, subject: Subject, body: Body, laid: BentFace) -> Reconstruction | None:
+def _sewn(
+    person: Reconstruction, subject: Subject, body: Body, laid: BentFace
+) -> Reconstruction | None:
     patch, surface = laid.patch, person.surface
     assert subject.face is not None
     vertices, faces, kept, own = cut_and_sew(surface, laid.bent, body.faces.astype(np.int64), patch)
@@ -230,7 +281,11 @@ def _sewn(person: Reconstruction, subject: Subject, body: Body, laid: BentFace) 
     expected = person.expected_colors
     if expected is not None:
         expected = np.concatenate([expected[kept], np.full((len(own), 3), np.nan, np.float32)])
-    twins = None if surface.twins is None else np.concatenate([surface.twins[kept], np.full(len(own), -1, np.int32)])
+    twins = (
+        None
+        if surface.twins is None
+        else np.concatenate([surface.twins[kept], np.full(len(own), -1, np.int32)])
+    )
     made = dataclasses.replace(
         surface,
         twins=twins,
@@ -243,22 +298,28 @@ def _sewn(person: Reconstruction, subject: Subject, body: Body, laid: BentFace) 
     return dataclasses.replace(person, surface=made, expected_colors=expected)
 
 
-def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
-    """The body's vertices (V, 3) and turns (V, 3, 3) with the head turned as the photo's: else teeth and tongue, which lie deep, are off to a side."""
+def _facing(
+    posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera
+) -> tuple[FloatArray, FloatArray]:
+    """The body's vertices (V, 3) and turns (V, 3, 3) with the head turned as the photo's: else
+    teeth and tongue, which lie deep, are off to a side."""
     from scipy.spatial.transform import Rotation
 
     ids, weights = face_landmarks()
     on_body = np.einsum("kc,kcd->kd", weights, posed[ids])
     middle = on_body.mean(axis=0)
     on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
-    upright = Rotation.from_euler("x", -camera.looks_down(middle)).apply(on_photo - on_photo.mean(axis=0))  # the detector sees it along the ray
+    upright = Rotation.from_euler("x", -camera.looks_down(middle)).apply(
+        on_photo - on_photo.mean(axis=0)
+    )  # the detector sees it along the ray
     found, _ = Rotation.align_vectors(upright, on_body - middle)
     turn = (Rotation.from_euler("x", -_SEEN_TURNED, degrees=True) * found).as_matrix()
     return middle + (posed - middle) @ turn.T, turn @ turns
 
 
 def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest (13854, 3, 3)."""
+    """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest
+    (13854, 3, 3)."""
     turns = moved_from_rest(body)[..., :3]
     posed = body.vertices.astype(np.float64).copy()
     rows = teeth()
@@ -266,25 +327,38 @@ def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     near = near[near < TONGUE.start]
     plain = np.concatenate([rows.around[near], np.ones((len(near), 1))], axis=1)
     affine, *_ = np.linalg.lstsq(plain, posed[near], rcond=None)
-    shrunk = rows.vertices.mean(axis=0) + (rows.vertices - rows.vertices.mean(axis=0)) * _TEETH_SCALE
+    shrunk = (
+        rows.vertices.mean(axis=0) + (rows.vertices - rows.vertices.mean(axis=0)) * _TEETH_SCALE
+    )
     shrunk[:, 2] -= 0.003
     shrunk[:, 1] += np.where(np.arange(len(shrunk)) < len(shrunk) // 2, _UPPER_UP, -_LOWER_DOWN)
     placed = np.concatenate([shrunk, np.ones((len(shrunk), 1))], axis=1) @ affine
-    posed[TONGUE] += turns[TONGUE] @ np.array([0.0, -0.006, -0.008])  # the model's tongue shows between its lips, and fills an open mouth
-    return np.concatenate([posed, placed]), np.concatenate([turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))])
+    posed[TONGUE] += turns[TONGUE] @ np.array(
+        [0.0, -0.006, -0.008]
+    )  # the model's tongue shows between its lips, and fills an open mouth
+    return np.concatenate([posed, placed]), np.concatenate(
+        [turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))]
+    )
 
 
 def _share(name: str, posed: FloatArray) -> FloatArray:
-    """How much (V, 1) of an expression each vertex takes: those of one eye, which in the data pull at the nose and the other eye too, fade out."""
+    """How much (V, 1) of an expression each vertex takes: those of one eye, which in the data pull
+    at the nose and the other eye too, fade out."""
     if not name.startswith("eye"):
         return np.ones((len(posed), 1))
     middle = posed[LEFT_EYEBALL if name.endswith("Left") else RIGHT_EYEBALL].mean(axis=0)
-    share = np.clip((_EYE_REACH[1] - np.linalg.norm(posed - middle, axis=1)) / (_EYE_REACH[1] - _EYE_REACH[0]), 0, 1)[:, None]
+    share = np.clip(
+        (_EYE_REACH[1] - np.linalg.norm(posed - middle, axis=1)) / (_EYE_REACH[1] - _EYE_REACH[0]),
+        0,
+        1,
+    )[:, None]
     faded: FloatArray = smoothstep(share, 0, 1) * (_LID if name.startswith("eyeBlink") else 1.0)
     return faded
 
 
-def _follow_surface(bend: _Bend | _Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface) -> None:
+def _follow_surface(
+    bend: _Bend | _Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
+) -> None:
     """Let the bend's depths follow the surface: exactly at the patch's rim, roughly within."""
     from a2v.geometry.rays import ray_scene
 
@@ -293,16 +367,23 @@ def _follow_surface(bend: _Bend | _Placing, patch: Patch, posed: FloatArray, bod
     rim = patch.vertices[patch.rim]
     chosen = np.concatenate([rim, np.setdiff1d(seen, rim)[::12]])
     bent = bend(posed[chosen])
-    rays = np.concatenate([bent[:, :2], np.full((len(bent), 1), 5.0), np.tile([0, 0, -1.0], (len(bent), 1))], axis=1)
-    depth = 5.0 - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))["t_hit"].numpy().astype(np.float64)
+    rays = np.concatenate(
+        [bent[:, :2], np.full((len(bent), 1), 5.0), np.tile([0, 0, -1.0], (len(bent), 1))], axis=1
+    )
+    depth = 5.0 - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))[
+        "t_hit"
+    ].numpy().astype(np.float64)
     shift = depth - bent[:, 2]
     good = np.isfinite(shift) & (np.abs(shift - np.median(shift[np.isfinite(shift)])) < 0.02)
     on_rim = np.arange(len(chosen)) < len(rim)
     bend.follow(bent[good, :2], shift[good], np.where(on_rim[good], 1e-6, 1e-3))
 
 
-def _expressions(laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntArray, landmarks: FloatArray) -> Face:
-    """Every expression on the new surface: its patch moves as the bent body does, what is around as the nearest of the bent body."""
+def _expressions(
+    laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntArray, landmarks: FloatArray
+) -> Face:
+    """Every expression on the new surface: its patch moves as the bent body does, what is around as
+    the nearest of the bent body."""
     from scipy.spatial import cKDTree
 
     patch = laid.patch
@@ -310,7 +391,9 @@ def _expressions(laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntA
     outside = np.setdiff1d(skin, patch.vertices)
     around = np.concatenate([outside, patch.vertices[patch.rim]])
     first = len(kept)
-    close = np.flatnonzero(np.linalg.norm(vertices[:first] - vertices[first:].mean(axis=0), axis=1) < 0.3)
+    close = np.flatnonzero(
+        np.linalg.norm(vertices[:first] - vertices[first:].mean(axis=0), axis=1) < 0.3
+    )
     reach, nearest = cKDTree(laid.bent[around]).query(vertices[close], k=4)
     share = 1 / np.maximum(reach, 1e-4)
     share /= share.sum(axis=1, keepdims=True)
@@ -318,16 +401,33 @@ def _expressions(laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntA
 
     def moved(name: str) -> FloatArray:
         whole = laid.moved(name)
-        return np.concatenate([(whole[around][nearest] * share[..., None]).sum(axis=1), whole[patch.vertices]])
+        return np.concatenate(
+            [(whole[around][nearest] * share[..., None]).sum(axis=1), whole[patch.vertices]]
+        )
 
-    twins = np.where(patch.vertices < EYES.stop, patch.vertices, patch.vertices[(patch.kinds == 2).argmax()])
-    return face_of(moved, which, (first + np.arange(len(own))).astype(np.int32), twins.astype(np.int32), patch.kinds.astype(np.uint8), landmarks)
+    twins = np.where(
+        patch.vertices < EYES.stop, patch.vertices, patch.vertices[(patch.kinds == 2).argmax()]
+    )
+    return face_of(
+        moved,
+        which,
+        (first + np.arange(len(own))).astype(np.int32),
+        twins.astype(np.int32),
+        patch.kinds.astype(np.uint8),
+        landmarks,
+    )
 
 
 def face_of(
-    moved: Callable[[str], FloatArray], which: IntArray, patch: IntArray, twins: IntArray, kinds: IntArray, landmarks: FloatArray
+    moved: Callable[[str], FloatArray],
+    which: IntArray,
+    patch: IntArray,
+    twins: IntArray,
+    kinds: IntArray,
+    landmarks: FloatArray,
 ) -> Face:
-    """A `Face` whose expressions move the vertices `which` (n,), rising, by `moved` (n, 3), a function of the expression's name; the rest as its attributes."""
+    """A `Face` whose expressions move the vertices `which` (n,), rising, by `moved` (n, 3), a
+    function of the expression's name; the rest as its attributes."""
     names, starts, vertices, offsets = [], [0], [], []
     for name in actions_of():
         shift = moved(name)

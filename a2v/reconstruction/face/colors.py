@@ -1,4 +1,5 @@
-"""Colours of a face that its photo does not show: the mouth from within, and the eyeballs under the lids."""
+"""Colours of a face that its photo does not show: the mouth from within, and the eyeballs under the
+lids."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ _WHITE = np.array([0.84, 0.81, 0.79])
 _LASHES = 0.04
 """So much of an eye's width beyond its opening the eyeball keeps the photo's colours."""
 _BALL = 1.2
-"""So many widths of an eye around its middle are painted as its ball; the other eye begins at one and a half."""
+"""So many widths of an eye around its middle are painted as its ball; the other eye begins at one
+and a half."""
 _DEEP = 0.022
 """So far behind the lips, metres, the mouth is dark."""
 
@@ -49,7 +51,8 @@ class FacePaint:
 
 
 def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
-    """The colours of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a surface without a face."""
+    """The colours of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a
+    surface without a face."""
     face = surface.face
     if face is None:
         return None
@@ -59,12 +62,23 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
     inner = np.flatnonzero(kinds > EYE)
     lip = np.clip(
         np.median(
-            sample_image(photo, np.stack([(points[a] + points[b]) / 2 for a, b in ((17, 14), (84, 87), (314, 317), (0, 13))])), axis=0
+            sample_image(
+                photo,
+                np.stack(
+                    [
+                        (points[a] + points[b]) / 2
+                        for a, b in ((17, 14), (84, 87), (314, 317), (0, 13))
+                    ]
+                ),
+            ),
+            axis=0,
         ),
         0,
         1,
     )
-    light = float(np.clip(sample_image(photo, points[[205, 425, 199]]).max(axis=1).mean() / 0.75, 0.45, 1.1))
+    light = float(
+        np.clip(sample_image(photo, points[[205, 425, 199]]).max(axis=1).mean() / 0.75, 0.45, 1.1)
+    )
     depth = surface.vertices[kinds == 0][:, 2]
     lips = surface.vertices[face.patch[face.kinds == 2]][:, 2]
     front = float(lips.max()) if len(lips) else float(depth.max())
@@ -73,9 +87,16 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
     gum = np.zeros((len(surface.vertices), 1))
     gum[face.patch[face.kinds == FACE_KINDS.index("teeth")], 0] = gums()
     row = (1 - gum[inner]) * _TEETH + gum[inner] * _GUM
-    tongue, row = light * _TONGUE * (1 - 0.4 * share), light * ((1 - share) * row + share * (0.25 * row + _DARK))
+    tongue, row = (
+        light * _TONGUE * (1 - 0.4 * share),
+        light * ((1 - share) * row + share * (0.25 * row + _DARK)),
+    )
     which = kinds[inner, None]
-    colors = np.where(which == FACE_KINDS.index("mouth"), shaded, np.where(which == FACE_KINDS.index("tongue"), tongue, row))
+    colors = np.where(
+        which == FACE_KINDS.index("mouth"),
+        shaded,
+        np.where(which == FACE_KINDS.index("tongue"), tongue, row),
+    )
     return FacePaint(kinds, inner, np.clip(colors, 0, 1), _eyeballs(photo, points, light))
 
 
@@ -89,28 +110,58 @@ def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray
     for opening, iris in ((RIGHT_EYE, RIGHT_IRIS), (LEFT_EYE, LEFT_IRIS)):
         corners = points[list(opening)]
         wide = float(np.linalg.norm(corners[0] - corners[8]))
-        middle, radius = points[iris[0]], float(np.linalg.norm(points[list(iris[1:])] - points[iris[0]], axis=1).mean())
+        middle, radius = (
+            points[iris[0]],
+            float(np.linalg.norm(points[list(iris[1:])] - points[iris[0]], axis=1).mean()),
+        )
         large = np.zeros((height, width), np.uint8)
-        cv2.fillPoly(large, [np.round((corners - 0.5) * 16).astype(np.int32)], 255, lineType=cv2.LINE_AA, shift=4)
-        within = cv2.GaussianBlur(cv2.erode(large.astype(np.float32) / 255, np.ones((2, 2))), (0, 0), max(0.5, 0.02 * wide))
+        cv2.fillPoly(
+            large,
+            [np.round((corners - 0.5) * 16).astype(np.int32)],
+            255,
+            lineType=cv2.LINE_AA,
+            shift=4,
+        )
+        within = cv2.GaussianBlur(
+            cv2.erode(large.astype(np.float32) / 255, np.ones((2, 2))),
+            (0, 0),
+            max(0.5, 0.02 * wide),
+        )
         away = np.hypot(columns - middle[0], rows - middle[1])
         color = _white(photo, (within > 0.6) & (away > 1.15 * radius), large > 64, light)
         dark = (within > 0.6) & (away < 0.9 * radius)
-        of_iris = np.median(photo[dark], axis=0) if dark.sum() >= 2 else np.array([0.25, 0.18, 0.14])
+        of_iris = (
+            np.median(photo[dark], axis=0) if dark.sum() >= 2 else np.array([0.25, 0.18, 0.14])
+        )
         disc = np.clip((radius - away) / max(0.8, 0.15 * radius) + 0.5, 0, 1)[..., None]
         ball = disc * of_iris + (1 - disc) * color
-        near = np.clip(5 * (_BALL - np.hypot(columns - corners[:, 0].mean(), rows - corners[:, 1].mean()) / wide), 0, 1)[..., None]
-        # up to the lids, whose lashes and shadow belong on the ball: it would stand out from the photo's eye with a bright rim
-        outside = cv2.distanceTransform(np.where(large > 127, 0, 255).astype(np.uint8), cv2.DIST_L2, 5)
+        near = np.clip(
+            5
+            * (
+                _BALL - np.hypot(columns - corners[:, 0].mean(), rows - corners[:, 1].mean()) / wide
+            ),
+            0,
+            1,
+        )[..., None]
+        # up to the lids, whose lashes and shadow belong on the ball: it would stand out from the
+        # photo's eye with a bright rim
+        outside = cv2.distanceTransform(
+            np.where(large > 127, 0, 255).astype(np.uint8), cv2.DIST_L2, 5
+        )
         alpha = np.clip(1 - (outside - _LASHES * wide) / (2 * _LASHES * wide), 0, 1)[..., None]
         made = near * (alpha * made + (1 - alpha) * ball) + (1 - near) * made
     return np.asarray(made, np.float32)
 
 
 def _white(photo: FloatArray, clear: BoolArray, opening: BoolArray, light: float) -> FloatArray:
-    """The colour (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without any, of the opening's, whatever covers it."""
+    """The colour (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without
+    any, of the opening's, whatever covers it."""
     pixels = photo[clear if clear.sum() >= 4 else opening]
     if not len(pixels):
         return light * _WHITE
     bright = pixels[np.argsort(pixels.sum(axis=1))[len(pixels) // 2 :]].mean(axis=0)
-    return np.asarray(0.8 * bright + 0.2 * np.minimum(light * _WHITE, 1.5 * bright) if clear.sum() >= 4 else bright)
+    return np.asarray(
+        0.8 * bright + 0.2 * np.minimum(light * _WHITE, 1.5 * bright)
+        if clear.sum() >= 4
+        else bright
+    )

@@ -1,4 +1,5 @@
-"""The photo's face drawn over the body's own features: a face that is not bent to the photo's landmarks has its colours by them."""
+"""The photo's face drawn over the body's own features: a face that is not bent to the photo's
+landmarks has its colours by them."""
 
 from __future__ import annotations
 
@@ -12,15 +13,20 @@ from a2v.reconstruction.face.places import placing_points
 from a2v.types import FloatArray, OrthographicCamera, Surface
 
 _SMOOTHING = 0.02
-"""How far landmarks may be missed for a smoother drawing, squares of the face's width times the number of the kernel."""
+"""How far landmarks may be missed for a smoother drawing, squares of the face's width times the
+number of the kernel."""
 _FADE = (0.05, 0.4)
-"""Up to the first distance from the landmarks the photo is moved as they are, from the second on not at all; widths of the face."""
+"""Up to the first distance from the landmarks the photo is moved as they are, from the second on
+not at all; widths of the face."""
 _STEP = 2
 """Pixels between places of which the move is computed."""
 
 
-def drawn_over(photo: FloatArray, surface: Surface, camera: OrthographicCamera) -> tuple[FloatArray, Surface]:
-    """The photo (H, W, 3) with its face moved to where the surface, in the frame of `camera`, has its landmarks; and the surface with these landmarks.
+def drawn_over(
+    photo: FloatArray, surface: Surface, camera: OrthographicCamera
+) -> tuple[FloatArray, Surface]:
+    """The photo (H, W, 3) with its face moved to where the surface, in the frame of `camera`, has
+    its landmarks; and the surface with these landmarks.
 
     The surface's vertices begin with Anny's, whose face it has.
     """
@@ -30,31 +36,53 @@ def drawn_over(photo: FloatArray, surface: Surface, camera: OrthographicCamera) 
 
     assert surface.face is not None
     corners, weights = face_landmarks()
-    lying = camera.project(np.einsum("kc,kcd->kd", weights, surface.vertices[corners].astype(np.float64)))
+    lying = camera.project(
+        np.einsum("kc,kcd->kd", weights, surface.vertices[corners].astype(np.float64))
+    )
     landmarks = surface.face.landmarks.copy()
     landmarks[:, :2] = lying
     made = dataclasses.replace(surface, face=dataclasses.replace(surface.face, landmarks=landmarks))
     # the outline of a turned face is no line on the skin
-    lying, shown = placing_points(lying), placing_points(surface.face.landmarks[:, :2].astype(np.float64))
+    lying, shown = (
+        placing_points(lying),
+        placing_points(surface.face.landmarks[:, :2].astype(np.float64)),
+    )
     wide = max(float(np.ptp(lying, axis=0).max()), 1.0)
-    move = RBFInterpolator(lying / wide, (shown - lying) / wide, kernel="thin_plate_spline", smoothing=_SMOOTHING)
+    move = RBFInterpolator(
+        lying / wide, (shown - lying) / wide, kernel="thin_plate_spline", smoothing=_SMOOTHING
+    )
     height, width = photo.shape[:2]
     low = np.maximum(np.floor(lying.min(axis=0) - _FADE[1] * wide).astype(np.int64), 0)
-    high = np.minimum(np.ceil(lying.max(axis=0) + _FADE[1] * wide).astype(np.int64), [width, height])
+    high = np.minimum(
+        np.ceil(lying.max(axis=0) + _FADE[1] * wide).astype(np.int64), [width, height]
+    )
     columns, rows = np.arange(low[0], high[0], _STEP), np.arange(low[1], high[1], _STEP)
     if not len(columns) or not len(rows):
         return photo, made
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
     away, nearest = cKDTree(lying).query(places, workers=1)
     share = 1 - smoothstep(away / wide, *_FADE)
-    # beyond the landmarks a spline goes on in straight lines, and may fold: there the nearest landmark's move is taken
-    within = lying[nearest] + np.minimum(1.0, _FADE[0] * wide / np.maximum(away, 1e-9))[:, None] * (places - lying[nearest])
-    shift = (share[:, None] * wide * move(within / wide)).reshape(len(rows), len(columns), 2).astype(np.float32)
+    # beyond the landmarks a spline goes on in straight lines, and may fold: there the nearest
+    # landmark's move is taken
+    within = lying[nearest] + np.minimum(1.0, _FADE[0] * wide / np.maximum(away, 1e-9))[:, None] * (
+        places - lying[nearest]
+    )
+    shift = (
+        (share[:, None] * wide * move(within / wide))
+        .reshape(len(rows), len(columns), 2)
+        .astype(np.float32)
+    )
     size = (int(high[0] - low[0]), int(high[1] - low[1]))
     shift = cv2.resize(shift, size, interpolation=cv2.INTER_LINEAR)
-    across, down = np.meshgrid(np.arange(low[0], high[0], dtype=np.float32), np.arange(low[1], high[1], dtype=np.float32))
+    across, down = np.meshgrid(
+        np.arange(low[0], high[0], dtype=np.float32), np.arange(low[1], high[1], dtype=np.float32)
+    )
     result = np.array(photo)
     result[low[1] : high[1], low[0] : high[0]] = cv2.remap(
-        np.asarray(photo, np.float32), across + shift[..., 0], down + shift[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        np.asarray(photo, np.float32),
+        across + shift[..., 0],
+        down + shift[..., 1],
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
     )
     return result, made

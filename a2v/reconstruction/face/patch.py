@@ -1,4 +1,5 @@
-"""The front of the body model's head as a patch: which of its faces, its rim, and what its vertices are."""
+"""The front of the body model's head as a patch: which of its faces, its rim, and what its vertices
+are."""
 
 from __future__ import annotations
 
@@ -75,8 +76,16 @@ def face_patch() -> Patch:
     lips = np.einsum("kc,kcd->kd", weights, rest[ids])[list(LIPS)]
     near = np.abs(rest - lips.mean(axis=0)).max(axis=1) < 0.06
     low, high = lips[:, :2].min(axis=0) - 0.004, lips[:, :2].max(axis=0) + 0.004
-    across = ((rest[:, :2] > low - np.array([0, 0.01])) & (rest[:, :2] < high + np.array([0, 0.01]))).all(axis=1)
-    behind = _flood(faces[own], ~seen, np.flatnonzero(near & across & ~seen[: len(rest)] & (rest[:, 2] < lips[:, 2].mean() - 0.01)))
+    across = (
+        (rest[:, :2] > low - np.array([0, 0.01])) & (rest[:, :2] < high + np.array([0, 0.01]))
+    ).all(axis=1)
+    behind = _flood(
+        faces[own],
+        ~seen,
+        np.flatnonzero(
+            near & across & ~seen[: len(rest)] & (rest[:, 2] < lips[:, 2].mean() - 0.01)
+        ),
+    )
     kinds[behind] = 2
     kinds[TONGUE], kinds[EYES], kinds[EYES.stop :] = 3, 1, 4
     return Patch(vertices, place[every], place[rim[0]], kinds[vertices], front, own)
@@ -85,13 +94,16 @@ def face_patch() -> Patch:
 def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Faces (F,) bool that a camera before the body sees."""
     middle = vertices[faces].mean(axis=1)
-    rays = np.concatenate([middle + np.array([0, 0, 5.0]), np.tile([0, 0, -1.0], (len(middle), 1))], axis=1).astype(np.float32)
+    rays = np.concatenate(
+        [middle + np.array([0, 0, 5.0]), np.tile([0, 0, -1.0], (len(middle), 1))], axis=1
+    ).astype(np.float32)
     hit = ray_scene(vertices, faces).cast_rays(rays)["t_hit"].numpy()
     return np.asarray(np.abs(hit - 5.0) < 1e-3)
 
 
 def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
-    """Anny's vertices that cannot be reached from the crown without crossing the front between brows and chin."""
+    """Anny's vertices that cannot be reached from the crown without crossing the front between
+    brows and chin."""
     import cv2
 
     ids, weights = face_landmarks()
@@ -100,7 +112,12 @@ def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
     hull = cv2.convexHull((outline * 1e4).astype(np.float32))
     on_front = np.zeros(len(rest), bool)
     on_front[faces[front]] = True
-    marked = np.array([cv2.pointPolygonTest(hull, (float(x), float(y)), True) > -_MARGIN * 1e4 for x, y in rest[:, :2] * 1e4])
+    marked = np.array(
+        [
+            cv2.pointPolygonTest(hull, (float(x), float(y)), True) > -_MARGIN * 1e4
+            for x, y in rest[:, :2] * 1e4
+        ]
+    )
     marked &= on_front
     skin = faces[faces.max(axis=1) < SKIN.stop]
     outside = _flood(skin, ~marked, np.array([int(rest[: SKIN.stop, 1].argmax())]))
@@ -118,5 +135,8 @@ def _flood(faces: IntArray, allowed: BoolArray, seeds: IntArray) -> IntArray:
     pairs = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     pairs = pairs[allowed[pairs].all(axis=1)]
     count = len(allowed)
-    _, label = connected_components(sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)), directed=False)
+    _, label = connected_components(
+        sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)),
+        directed=False,
+    )
     return np.flatnonzero(np.isin(label, np.unique(label[seeds[allowed[seeds]]])) & allowed)

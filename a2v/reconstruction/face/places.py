@@ -7,7 +7,8 @@ import numpy as np
 from a2v.types import FloatArray
 
 RIGHT_EYE = (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246)
-"""Mediapipe's landmarks around the opening of the person's right eye, from the outer corner under it to the inner one and back above it."""
+"""Mediapipe's landmarks around the opening of the person's right eye, from the outer corner under
+it to the inner one and back above it."""
 LEFT_EYE = (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466)
 RIGHT_IRIS = (468, 469, 470, 471, 472)
 """Middle and four points of the rim."""
@@ -25,6 +26,7 @@ SURROUNDINGS = (205, 425, 50, 280, 199)
 
 
 def placing_points(points: FloatArray) -> FloatArray:
-    """The points (K, 2 or 3) that place the face out of all 478: the mouth's opening counts as a line, whether it is open or not."""
+    """The points (K, 2 or 3) that place the face out of all 478: the mouth's opening counts as a
+    line, whether it is open or not."""
     line = (points[list(MOUTH_ABOVE)] + points[list(MOUTH_BELOW)]) / 2
     return np.concatenate([points[[*RIGHT_EYE, *LEFT_EYE, *LIPS, *BROWS, *NOSE, *CHEEKS]], line])

@@ -44,20 +44,31 @@ def cut_and_sew(
     loops = border_loops(staying)
     if not loops or len(loops[0]) < 12 or len(loops) > 1:
         return None, faces, np.unique(staying), np.zeros(0, np.int64)
-    every, made, kept = sew_in(vertices, staying, loops[0], bent[patch.vertices], patch.faces, patch.rim)
+    every, made, kept = sew_in(
+        vertices, staying, loops[0], bent[patch.vertices], patch.faces, patch.rim
+    )
     return every, made, kept, len(kept) + np.arange(len(patch.vertices))
 
 
-def _covered(vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch: Patch) -> BoolArray:
-    """Which vertices (V,) of a surface lie at the patch: the nearest of the body's visible front is of it, or of what borders on it."""
+def _covered(
+    vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch: Patch
+) -> BoolArray:
+    """Which vertices (V,) of a surface lie at the patch: the nearest of the body's visible front is
+    of it, or of what borders on it."""
     from scipy.spatial import cKDTree
 
     from a2v.geometry.rays import ray_scene
 
-    near = cKDTree(bent[patch.vertices[patch.kinds == 0]]).query(vertices, distance_upper_bound=_REACH)[0]
+    near = cKDTree(bent[patch.vertices[patch.kinds == 0]]).query(
+        vertices, distance_upper_bound=_REACH
+    )[0]
     ids = np.flatnonzero(np.isfinite(near))
-    front = np.union1d(patch.front, np.flatnonzero(patch.within & np.isin(np.arange(len(body_faces)), patch.front)))
-    found = ray_scene(bent, body_faces[front]).compute_closest_points(vertices[ids].astype(np.float32))
+    front = np.union1d(
+        patch.front, np.flatnonzero(patch.within & np.isin(np.arange(len(body_faces)), patch.front))
+    )
+    found = ray_scene(bent, body_faces[front]).compute_closest_points(
+        vertices[ids].astype(np.float32)
+    )
     on = front[found["primitive_ids"].numpy()]
     rim = bent[patch.vertices[patch.rim]]
     to_rim = cKDTree(rim).query(vertices[ids])[0]

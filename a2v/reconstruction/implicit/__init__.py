@@ -1,6 +1,8 @@
-"""Pixel-aligned implicit functions: a person's surface and colours from one photo and the body that was fitted to it.
+"""Pixel-aligned implicit functions: a person's surface and colours from one photo and the body that
+was fitted to it.
 
-`implicit_surface(subject, body, camera)` runs the shipped networks; `train_reconstruction` makes them.
+`implicit_surface(subject, body, camera)` runs the shipped networks; `train_reconstruction` makes
+them.
 """
 
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson

@@ -1,4 +1,5 @@
-"""The fitted body where the networks' maps have it: moved in depth, vertex by vertex, smoothly over its skin."""
+"""The fitted body where the networks' maps have it: moved in depth, vertex by vertex, smoothly over
+its skin."""
 
 from __future__ import annotations
 
@@ -17,17 +18,22 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera
 STIFFNESS = 50.0
 """How far moves spread over the guide's skin: the square of its edges."""
 EDGE = 0.04
-"""A step in the guide's depth from pixel to pixel, metres, near which maps tell nothing: they are blurred over it."""
+"""A step in the guide's depth from pixel to pixel, metres, near which maps tell nothing: they are
+blurred over it."""
 DOUBT = 0.04
-"""Moves of so many metres count a quarter: where maps and fit are far apart, it is as often the maps that are wrong."""
+"""Moves of so many metres count a quarter: where maps and fit are far apart, it is as often the
+maps that are wrong."""
 
 
 def moved_body(person: ImplicitPerson, body: Body) -> Body:
-    """The body, in the frame that the person was seen in, with the depths that the networks' maps give its skin."""
+    """The body, in the frame that the person was seen in, with the depths that the networks' maps
+    give its skin."""
     frame = person.frame
     zoom = GUIDE / frame.size
     camera = OrthographicCamera(
-        scale=frame.camera.scale * zoom, center_u=frame.camera.center_u * zoom, center_v=frame.camera.center_v * zoom
+        scale=frame.camera.scale * zoom,
+        center_u=frame.camera.center_u * zoom,
+        center_v=frame.camera.center_v * zoom,
     )
     vertices, faces = person.guide.mesh
     held, told = person.guide.maps(frame.camera, frame.size), person.maps["maps"][0][6:8]
@@ -35,16 +41,23 @@ def moved_body(person: ImplicitPerson, body: Body) -> Body:
     for side, depth, row in ((1, held.depth_front, 0), (-1, held.depth_back, 1)):
         seen = visible_vertices(vertices * np.array([side, 1, side]), faces)
         pixels = camera.project(vertices[seen])
-        moves[row, seen] = sample_image(np.ascontiguousarray(told[row]), pixels, linear=True) - vertices[seen, 2]
-        trust[row, seen] = sample_image(_smooth_pixels(depth).astype(np.float32), pixels, linear=True) > 0.99
+        moves[row, seen] = (
+            sample_image(np.ascontiguousarray(told[row]), pixels, linear=True) - vertices[seen, 2]
+        )
+        trust[row, seen] = (
+            sample_image(_smooth_pixels(depth).astype(np.float32), pixels, linear=True) > 0.99
+        )
     trust /= (1 + (moves / DOUBT) ** 2) ** 2
     placed = body.vertices.astype(np.float64)
-    placed[skin_vertices(len(body.vertices), body.faces), 2] += spread_over_mesh(moves, trust, faces)
+    placed[skin_vertices(len(body.vertices), body.faces), 2] += spread_over_mesh(
+        moves, trust, faces
+    )
     return dataclasses.replace(body, vertices=placed.astype(np.float32))
 
 
 def _smooth_pixels(depth: FloatArray) -> BoolArray:
-    """Pixels (H, W) of a depth map, NaN outside, that are not near a step of over `EDGE` or the border."""
+    """Pixels (H, W) of a depth map, NaN outside, that are not near a step of over `EDGE` or the
+    border."""
     import cv2
 
     known = np.isfinite(depth)
@@ -54,12 +67,15 @@ def _smooth_pixels(depth: FloatArray) -> BoolArray:
 
 
 def spread_over_mesh(values: FloatArray, trust: FloatArray, faces: IntArray) -> FloatArray:
-    """One value (V,) a vertex from several (K, V) that are trusted as `trust` (K, V) says: smooth over the mesh, 0 far from all that is known."""
+    """One value (V,) a vertex from several (K, V) that are trusted as `trust` (K, V) says: smooth
+    over the mesh, 0 far from all that is known."""
     from scipy.sparse import coo_matrix, diags
     from scipy.sparse.linalg import spsolve
 
     count = values.shape[1]
-    beside = coo_matrix((np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())), (count, count))
+    beside = coo_matrix(
+        (np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())), (count, count)
+    )
     matrix = diags(trust.sum(axis=0) + 1e-3) + STIFFNESS * laplacian((beside + beside.T) / 2)
     result: FloatArray = spsolve(matrix.tocsc(), (trust * values).sum(axis=0))
     return result

@@ -1,7 +1,9 @@
-"""What the networks are given, made alike from a training view and from a photo: one square frame, the guide's maps, points.
+"""What the networks are given, made alike from a training view and from a photo: one square frame,
+the guide's maps, points.
 
-The *frame* is a square of the photo around the person, whose longer side fills 0.9 of it. A `place` is a position in the frame, -1 to 1,
-x to the right and y down, so that maps of any resolution are sampled alike.
+The *frame* is a square of the photo around the person, whose longer side fills 0.9 of it. A `place`
+is a position in the frame, -1 to 1, x to the right and y down, so that maps of any resolution are
+sampled alike.
 """
 
 from __future__ import annotations
@@ -51,7 +53,8 @@ class Frame:
 
 
 def frame_box(mask: FloatArray, fill: float = FILL) -> tuple[float, float, float]:
-    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels; the person fills `fill` of it.
+    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels; the person
+    fills `fill` of it.
 
     Raises
     ------
@@ -66,8 +69,16 @@ def frame_box(mask: FloatArray, fill: float = FILL) -> tuple[float, float, float
     return float(middle[0]), float(middle[1]), float((high - low).max()) / fill
 
 
-def make_frame(image: ByteArray, mask: FloatArray, camera: OrthographicCamera, size: int = FRAME, *, fill: float = FILL) -> Frame:
-    """Cut the square around the person out of a photo (H, W, 3) with its mask (H, W) and camera, and scale it to `size`."""
+def make_frame(
+    image: ByteArray,
+    mask: FloatArray,
+    camera: OrthographicCamera,
+    size: int = FRAME,
+    *,
+    fill: float = FILL,
+) -> Frame:
+    """Cut the square around the person out of a photo (H, W, 3) with its mask (H, W) and camera,
+    and scale it to `size`."""
     import cv2
 
     u, v, side = frame_box(mask, fill)
@@ -79,20 +90,34 @@ def make_frame(image: ByteArray, mask: FloatArray, camera: OrthographicCamera, s
     shift = size / 2 - zoom * np.array([u, v]) + 0.5 * zoom - 0.5
     move = np.array([[zoom, 0, shift[0]], [0, zoom, shift[1]]])
     flags = cv2.INTER_LINEAR if zoom < 1 else cv2.INTER_CUBIC
-    cut = cv2.warpAffine(image, move, (size, size), flags=flags, borderMode=cv2.BORDER_CONSTANT, borderValue=(128, 128, 128))
-    opacity = cv2.warpAffine(matte, move, (size, size), flags=flags, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+    cut = cv2.warpAffine(
+        image,
+        move,
+        (size, size),
+        flags=flags,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=(128, 128, 128),
+    )
+    opacity = cv2.warpAffine(
+        matte, move, (size, size), flags=flags, borderMode=cv2.BORDER_CONSTANT, borderValue=0
+    )
     moved = OrthographicCamera(
-        scale=camera.scale * zoom, center_u=size / 2 + (camera.center_u - u) * zoom, center_v=size / 2 + (camera.center_v - v) * zoom
+        scale=camera.scale * zoom,
+        center_u=size / 2 + (camera.center_u - u) * zoom,
+        center_v=size / 2 + (camera.center_v - v) * zoom,
     )
     return Frame(np.asarray(cut, np.uint8), np.clip(opacity, 0, 1), moved)
 
 
 def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
-    """The photo's channels (4, size, size) float32: colours less mid grey times the mask, and the mask."""
+    """The photo's channels (4, size, size) float32: colours less mid grey times the mask, and the
+    mask."""
     import cv2
 
     opacity = np.asarray(mask, np.float32)
-    values = np.concatenate([(image.astype(np.float32) / 255 - 0.5) * opacity[..., None], opacity[..., None]], axis=-1)
+    values = np.concatenate(
+        [(image.astype(np.float32) / 255 - 0.5) * opacity[..., None], opacity[..., None]], axis=-1
+    )
     if values.shape[0] != size:
         values = cv2.resize(values, (size, size), interpolation=cv2.INTER_AREA)
     return np.ascontiguousarray(values.transpose(2, 0, 1))
@@ -100,7 +125,8 @@ def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class GuideMaps:
-    """A body as the photo's camera sees it, and as it is seen through from behind, on the frame's pixels.
+    """A body as the photo's camera sees it, and as it is seen through from behind, on the frame's
+    pixels.
 
     Attributes
     ----------
@@ -117,7 +143,8 @@ class GuideMaps:
 
 
 class GuideMesh:
-    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are compared with."""
+    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are
+    compared with."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
         self._vertices, self._faces = np.asarray(vertices, np.float32), np.asarray(faces)
@@ -130,29 +157,44 @@ class GuideMesh:
         return self._vertices, self._faces
 
     def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at the nearest point."""
-        return signed_distance_and_normals(self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32))
+        """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at
+        the nearest point."""
+        return signed_distance_and_normals(
+            self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32)
+        )
 
     def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
         """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
-        front, back = (side_view(self._rays, self._normals, camera, frame, size, side) for side in (1, -1))
+        front, back = (
+            side_view(self._rays, self._normals, camera, frame, size, side) for side in (1, -1)
+        )
         return GuideMaps(front.depth, back.depth, front.normals, back.normals)
 
 
 def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:
-    """Signed distance (H, W) to the contour of ``mask > 0.5``, metres, negative inside, clipped at `REACH`."""
-    return np.clip(contour_distance(mask > 0.5) / pixels_per_metre, -REACH, REACH).astype(np.float32)
+    """Signed distance (H, W) to the contour of ``mask > 0.5``, metres, negative inside, clipped at
+    `REACH`."""
+    return np.clip(contour_distance(mask > 0.5) / pixels_per_metre, -REACH, REACH).astype(
+        np.float32
+    )
 
 
 def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
-    """The guide's channels (10, H, W) float32: its maps, carried on from the nearest pixel where it is not, its mask, `mask_distance`."""
+    """The guide's channels (10, H, W) float32: its maps, carried on from the nearest pixel where it
+    is not, its mask, `mask_distance`."""
     there: BoolArray = np.isfinite(maps.depth_front)
     if not there.any():
-        raise InputError("the body lies outside of the photo's frame; fit it to this photo first (a2v.body.fit_body)")
+        raise InputError(
+            "the body lies outside of the photo's frame; fit it to this photo first (a2v.body.fit_body)"
+        )
     index = nearest_known(there)
     depth = np.stack([maps.depth_front, maps.depth_back])[:, index[0], index[1]]
-    normals = np.concatenate([maps.normals_front, maps.normals_back], axis=-1)[index[0], index[1]].transpose(2, 0, 1)
-    channels: FloatArray = np.concatenate([normals, depth, there[None], distance[None]]).astype(np.float32)
+    normals = np.concatenate([maps.normals_front, maps.normals_back], axis=-1)[
+        index[0], index[1]
+    ].transpose(2, 0, 1)
+    channels: FloatArray = np.concatenate([normals, depth, there[None], distance[None]]).astype(
+        np.float32
+    )
     return channels
 
 

@@ -1,7 +1,9 @@
-"""How far the networks may move a person's surface from that of the dressed body, so that no limb becomes a slab and nothing is spun between limbs.
+"""How far the networks may move a person's surface from that of the dressed body, so that no limb
+becomes a slab and nothing is spun between limbs.
 
-A network that is unsure of the depth fills what lies between all places where a limb could be. So its field has a say within a shell around the
-fitted body as `dress` dresses it, and nowhere else: the surface keeps the topology of a person, and limbs that nothing shows are whole.
+A network that is unsure of the depth fills what lies between all places where a limb could be. So
+its field has a say within a shell around the fitted body as `dress` dresses it, and nowhere else:
+the surface keeps the topology of a person, and limbs that nothing shows are whole.
 """
 
 from __future__ import annotations
@@ -26,11 +28,14 @@ THICKER = 0.06
 THINNER = 0.2
 """It moves in by at most this share of it."""
 GAP = 0.4
-"""It moves out by at most this share of the way to what is next to it: limbs that stand apart stay apart."""
+"""It moves out by at most this share of the way to what is next to it: limbs that stand apart stay
+apart."""
 RIM = 0.15
-"""It moves by at most this share of the way to the mask's contour: at the contour a body is round."""
+"""It moves by at most this share of the way to the mask's contour: at the contour a body is
+round."""
 CLOTH = 0.15
-"""So much of that where cloth hangs between the legs: the networks are guided by a body that has nothing there, and would tear it."""
+"""So much of that where cloth hangs between the legs: the networks are guided by a body that has
+nothing there, and would tear it."""
 BAND = 0.025
 """It never moves farther, metres."""
 THICKEST = 0.25
@@ -66,7 +71,8 @@ class ShellLimits:
 
     @classmethod
     def of(cls, person: ImplicitPerson, dressed: DressedBody) -> ShellLimits:
-        """The limits of a person that the networks saw, around the dressed body in the frame of the same camera.
+        """The limits of a person that the networks saw, around the dressed body in the frame of the
+        same camera.
 
         Raises
         ------
@@ -79,7 +85,9 @@ class ShellLimits:
         thickness, gap = room(vertices, faces)
         thickness = evened(faces, thickness, ROUNDS)
         camera = person.frame.camera
-        trust = 1 - (1 - CLOTH) * np.clip(sample_columns(dressed.cloth, vertices, dressed.grid), 0, 1)
+        trust = 1 - (1 - CLOTH) * np.clip(
+            sample_columns(dressed.cloth, vertices, dressed.grid), 0, 1
+        )
         return cls(
             dressed,
             cKDTree(vertices),
@@ -90,41 +98,58 @@ class ShellLimits:
         )
 
     def keep(self, points: FloatArray, values: FloatArray) -> FloatArray:
-        """Signed distances `values` (N,) at points (N, 3), metres, so that their zero level lies within the shell."""
+        """Signed distances `values` (N,) at points (N, 3), metres, so that their zero level lies
+        within the shell."""
         from scipy.ndimage import map_coordinates
 
         grid = self.dressed.grid
         index = (np.asarray(points, np.float64) - grid.origin) / grid.cell
-        held = map_coordinates(self.dressed.field, index.T, order=1, mode="nearest", prefilter=False)
-        kept = np.where(held > 0, np.maximum(values, BAND), np.minimum(values, -BAND)).astype(np.float32)
+        held = map_coordinates(
+            self.dressed.field, index.T, order=1, mode="nearest", prefilter=False
+        )
+        kept = np.where(held > 0, np.maximum(values, BAND), np.minimum(values, -BAND)).astype(
+            np.float32
+        )
         near = np.flatnonzero(np.abs(held) < BAND)
         if len(near):
             place = self.places.query(points[near], workers=1)[1]
             rim = RIM * sample_image(self.inside, self.camera.project(points[near]), linear=True)
-            lowest, highest = held[near] - np.minimum(self.outwards[place], rim), held[near] + np.minimum(self.inwards[place], rim)
+            lowest, highest = (
+                held[near] - np.minimum(self.outwards[place], rim),
+                held[near] + np.minimum(self.inwards[place], rim),
+            )
             kept[near] = np.clip(values[near], lowest, highest)
         return kept
 
 
 def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
-    """How thick a closed mesh, vertices (V, 3) and faces (F, 3), is behind each vertex (V,), and how far it is to what is before it (V,); metres.
+    """How thick a closed mesh, vertices (V, 3) and faces (F, 3), is behind each vertex (V,), and
+    how far it is to what is before it (V,); metres.
 
     Thickness is at most `THICKEST`; the way is infinite where there is nothing.
     """
     normals = vertex_normals(vertices, faces)
     rays = RayScene(vertices, faces)
     off = 1e-4 * normals
-    behind, before = (rays.cast((vertices - side * off).astype(np.float32), (-side * normals).astype(np.float32)) for side in (1, -1))
+    behind, before = (
+        rays.cast((vertices - side * off).astype(np.float32), (-side * normals).astype(np.float32))
+        for side in (1, -1)
+    )
     thickness = np.where(behind.hit, np.minimum(behind.distance, THICKEST), THICKEST)
     return thickness, np.where(before.hit, before.distance, np.inf)
 
 
 def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
-    """The zero level of a dressed body's distances: vertices (V, 3) metres, faces (F, 3), outward."""
+    """The zero level of a dressed body's distances: vertices (V, 3) metres, faces (F, 3),
+    outward."""
     from skimage.measure import marching_cubes
 
     if not (dressed.field < 0).any():
-        raise InputError("nothing of the body lies within the mask; fit it to this photo first (a2v.body.fit_body)")
+        raise InputError(
+            "nothing of the body lies within the mask; fit it to this photo first (a2v.body.fit_body)"
+        )
     closed = np.pad(dressed.field, 1, constant_values=BAND)
     vertices, faces, _, _ = marching_cubes(closed, 0.0, gradient_direction="descent")
-    return dressed.grid.origin + (vertices.astype(np.float64) - 1) * dressed.grid.cell, faces.astype(np.int64)
+    return dressed.grid.origin + (
+        vertices.astype(np.float64) - 1
+    ) * dressed.grid.cell, faces.astype(np.int64)

@@ -1,4 +1,5 @@
-"""The shipped networks at work on one person: maps once, then distances and colours of any points, by onnxruntime."""
+"""The shipped networks at work on one person: maps once, then distances and colours of any points,
+by onnxruntime."""
 
 from __future__ import annotations
 
@@ -13,7 +14,17 @@ import numpy as np
 from a2v.body.skin import outer_skin
 from a2v.errors import InputError
 from a2v.io import sha256
-from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, Frame, GuideMesh, guide_input, make_frame, mask_distance, photo_input, place_of
+from a2v.reconstruction.implicit.inputs import (
+    FRAME,
+    GUIDE,
+    Frame,
+    GuideMesh,
+    guide_input,
+    make_frame,
+    mask_distance,
+    photo_input,
+    place_of,
+)
 from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
 from a2v.types import Body, FloatArray, OrthographicCamera, Subject
 
@@ -47,7 +58,9 @@ class ImplicitModel:
     threads: int = 0
 
     @classmethod
-    def load(cls, folder: str | os.PathLike[str] | None = None, *, threads: int = 0) -> ImplicitModel:
+    def load(
+        cls, folder: str | os.PathLike[str] | None = None, *, threads: int = 0
+    ) -> ImplicitModel:
         """Open the shipped model, or that of a folder that ``export/reconstruction.py`` wrote.
 
         Raises
@@ -58,8 +71,14 @@ class ImplicitModel:
         where = Path(folder) if folder is not None else WEIGHTS
         for name in FILES:
             if not (where / name).is_file():
-                raise InputError(f"{where / name} does not exist; give a folder with {', '.join(FILES)}")
-        return cls(where, read_metadata(where / MAPS_FILE, (FORMAT,), "reconstruction model", threads), threads)
+                raise InputError(
+                    f"{where / name} does not exist; give a folder with {', '.join(FILES)}"
+                )
+        return cls(
+            where,
+            read_metadata(where / MAPS_FILE, (FORMAT,), "reconstruction model", threads),
+            threads,
+        )
 
     @property
     def digest(self) -> str:
@@ -67,13 +86,15 @@ class ImplicitModel:
         return sha256(" ".join(file_digest(self.folder / name) for name in FILES).encode())
 
     def see(self, subject: Subject, body: Body, camera: OrthographicCamera) -> ImplicitPerson:
-        """Look at the person of a photo, with the body that was fitted to it, in the frame of `camera`."""
+        """Look at the person of a photo, with the body that was fitted to it, in the frame of
+        `camera`."""
         frame = make_frame(subject.image, subject.mask, camera)
         vertices, faces, _ = outer_skin(body)
         return self.see_frame(frame, vertices, faces)
 
     def see_frame(self, frame: Frame, vertices: FloatArray, faces: Any) -> ImplicitPerson:
-        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), metres, in the frame of its camera."""
+        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), metres, in the frame of
+        its camera."""
         import cv2
 
         middle = float(np.mean(vertices[:, 2]))
@@ -86,7 +107,9 @@ class ImplicitModel:
         given = {"photo": photo[None], "photo_half": half[None], "guide": channels[None]}
         names = ["features", "maps", "fine", "color_features"]
         found = open_session(self.folder / MAPS_FILE, self.threads).run(names, given)
-        return ImplicitPerson(self, frame, guide, middle, dict(zip(names, found, strict=True)) | given)
+        return ImplicitPerson(
+            self, frame, guide, middle, dict(zip(names, found, strict=True)) | given
+        )
 
 
 @dataclass(frozen=True)
@@ -102,7 +125,8 @@ class ImplicitPerson:
     middle : float
         Mean z of the body in the frame of the camera, metres.
     maps : mapping of str to array
-        Inputs and outputs of the network that saw the photo; ``maps["maps"]`` (1, 8, 256, 256) holds normals and depths.
+        Inputs and outputs of the network that saw the photo; ``maps["maps"]`` (1, 8, 256, 256)
+        holds normals and depths.
     """
 
     model: ImplicitModel
@@ -112,19 +136,38 @@ class ImplicitPerson:
     maps: Mapping[str, FloatArray]
 
     def distance(self, points: FloatArray) -> FloatArray:
-        """Signed distance (N,) float32 to the person's surface at points (N, 3), metres, negative inside."""
-        return self._run(FIELD_FILE, "distance", ("features", "maps", "fine", "guide"), points, None)
+        """Signed distance (N,) float32 to the person's surface at points (N, 3), metres, negative
+        inside."""
+        return self._run(
+            FIELD_FILE, "distance", ("features", "maps", "fine", "guide"), points, None
+        )
 
     def colors(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """Expected sRGB colours (N, 3) in [0, 1] of surface points (N, 3) with unit normals (N, 3)."""
-        return self._run(COLORS_FILE, "colors", ("color_features", "maps", "photo_half", "guide"), points, normals)
+        """Expected sRGB colours (N, 3) in [0, 1] of surface points (N, 3) with unit normals (N,
+        3)."""
+        return self._run(
+            COLORS_FILE,
+            "colors",
+            ("color_features", "maps", "photo_half", "guide"),
+            points,
+            normals,
+        )
 
-    def _run(self, file: str, output: str, maps: tuple[str, ...], points: FloatArray, normals: FloatArray | None) -> FloatArray:
+    def _run(
+        self,
+        file: str,
+        output: str,
+        maps: tuple[str, ...],
+        points: FloatArray,
+        normals: FloatArray | None,
+    ) -> FloatArray:
         session = open_session(self.model.folder / file, self.model.threads)
         fixed = {name: self.maps[name] for name in maps}
         results = []
         for start in range(0, len(points), CHUNK):
-            part = np.asarray(points[start : start + CHUNK], np.float32) - np.array([0, 0, self.middle], np.float32)
+            part = np.asarray(points[start : start + CHUNK], np.float32) - np.array(
+                [0, 0, self.middle], np.float32
+            )
             distance, facing = self.guide.at(part)
             asked = {
                 "place": place_of(part, self.frame.camera, self.frame.size),
@@ -134,5 +177,9 @@ class ImplicitPerson:
             }
             if normals is not None:
                 asked["normals"] = np.asarray(normals[start : start + CHUNK], np.float32)
-            results.append(session.run([output], fixed | {name: values[None] for name, values in asked.items()})[0][0])
+            results.append(
+                session.run(
+                    [output], fixed | {name: values[None] for name, values in asked.items()}
+                )[0][0]
+            )
         return np.concatenate(results)

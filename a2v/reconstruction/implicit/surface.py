@@ -1,4 +1,5 @@
-"""The `pifu` backend: the surface that the networks see in a photo, and the colours that they expect on it."""
+"""The `pifu` backend: the surface that the networks see in a photo, and the colours that they
+expect on it."""
 
 from __future__ import annotations
 
@@ -25,9 +26,11 @@ from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, 
 MARGIN = 0.08
 """Clothes and hair reach at most this far beyond the body and the mask, metres."""
 COARSER = 0.8
-"""The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a second faster."""
+"""The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a
+second faster."""
 RIM = 0.004
-"""So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it is."""
+"""So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it
+is."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,14 @@ class ImplicitSettings:
     vertices : int
         Vertices to aim at, at least 25,000.
     smoothing : int
-        Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks' maps show as faint lines; 0 for none.
+        Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks'
+        maps show as faint lines; 0 for none.
     relief : float
-        Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0 to leave it out.
+        Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0
+        to leave it out.
     limits : bool
-        Keep the surface within a shell around the dressed body (`ShellLimits`): no slabs, and limbs that nothing shows are whole.
+        Keep the surface within a shell around the dressed body (`ShellLimits`): no slabs, and limbs
+        that nothing shows are whole.
     threads : int
         Of onnxruntime; 0 for its default.
     digest : str
@@ -66,7 +72,9 @@ class ImplicitSettings:
     def __post_init__(self) -> None:
         self.extraction  # noqa: B018  checks resolution and vertices
         if not (0 <= self.smoothing <= 50 and self.relief >= 0):
-            raise InputError(f"smoothing={self.smoothing}, relief={self.relief}; expected 0 to 50 rounds, and no negative stiffness")
+            raise InputError(
+                f"smoothing={self.smoothing}, relief={self.relief}; expected 0 to 50 rounds, and no negative stiffness"
+            )
 
     @property
     def extraction(self) -> ExtractionSettings:
@@ -97,8 +105,8 @@ def implicit_surface(
     Returns
     -------
     Surface
-        One watertight piece with at least 25,000 vertices; `colors` are the networks' (c^p of Eq. 14: give them to `color_surface` as its
-        prior). `provenance` holds `silhouette_iou`.
+        One watertight piece with at least 25,000 vertices; `colors` are the networks' (c^p of Eq.
+        14: give them to `color_surface` as its prior). `provenance` holds `silhouette_iou`.
 
     Raises
     ------
@@ -108,7 +116,9 @@ def implicit_surface(
     settings = settings or ImplicitSettings()
     model = ImplicitModel.load(settings.weights or None, threads=settings.threads)
     if settings.digest not in ("", model.digest):
-        raise InputError(f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}")
+        raise InputError(
+            f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}"
+        )
     person = model.see(subject, body, camera)
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
@@ -131,8 +141,15 @@ def implicit_surface(
     )
 
 
-def _limits(person: ImplicitPerson, subject: Subject, body: Body, camera: OrthographicCamera, settings: ImplicitSettings) -> ShellLimits:
-    """The shell around the body, dressed where the maps have it, its fingers bent as the photo shows them."""
+def _limits(
+    person: ImplicitPerson,
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    settings: ImplicitSettings,
+) -> ShellLimits:
+    """The shell around the body, dressed where the maps have it, its fingers bent as the photo
+    shows them."""
     placed = moved_body(person, bend_fingers(body, subject, camera))
     cells = SurfaceSettings(resolution=max(200, round(COARSER * settings.resolution)))
     return ShellLimits.of(person, dress(subject, placed, camera, settings=cells, reach=BAND))
@@ -146,7 +163,8 @@ def _shape(
     settings: ImplicitSettings,
     progress: Progress | None,
 ) -> tuple[FloatArray, IntArray]:
-    """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask, smoothed and with the relief of the maps."""
+    """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask,
+    smoothed and with the relief of the maps."""
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
 
     def field(points: FloatArray) -> FloatArray:
@@ -156,17 +174,27 @@ def _shape(
             near = limits.keep(points, near)
         return np.maximum(near, sample_image(outline, pixels, linear=True))
 
-    vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
+    vertices, faces = extract_surface(
+        field, bounds, settings=settings.extraction, progress=progress
+    )
     inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM
     inside = np.clip(inside, 0, 1)
     smooth = smooth_surface(vertices, faces, inside, settings.smoothing)
     if settings.relief:
-        smooth = follow_normals(smooth, faces, *expected_normals(person, smooth, faces, inside), stiffness=settings.relief)
+        smooth = follow_normals(
+            smooth,
+            faces,
+            *expected_normals(person, smooth, faces, inside),
+            stiffness=settings.relief,
+        )
     return without_crossings(smooth, vertices, faces), faces
 
 
-def smooth_surface(vertices: FloatArray, faces: IntArray, share: FloatArray, rounds: int) -> FloatArray:
-    """Vertices (V, 3) after Taubin smoothing, which does not shrink, as far as `share` (V,) from 0 to 1 says."""
+def smooth_surface(
+    vertices: FloatArray, faces: IntArray, share: FloatArray, rounds: int
+) -> FloatArray:
+    """Vertices (V, 3) after Taubin smoothing, which does not shrink, as far as `share` (V,) from 0
+    to 1 says."""
     if not rounds:
         return vertices
     import pymeshlab
@@ -178,10 +206,14 @@ def smooth_surface(vertices: FloatArray, faces: IntArray, share: FloatArray, rou
     return vertices + share[:, None] * (smooth - vertices)
 
 
-def expected_normals(person: ImplicitPerson, vertices: FloatArray, faces: IntArray, inside: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The normals (V, 3) that the networks' maps of front and back hold of each vertex, and how far to trust them (V,), 0 to 1.
+def expected_normals(
+    person: ImplicitPerson, vertices: FloatArray, faces: IntArray, inside: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The normals (V, 3) that the networks' maps of front and back hold of each vertex, and how far
+    to trust them (V,), 0 to 1.
 
-    Where a vertex is seen from neither side its own normal stands, trusted not at all; `inside` (V,) is 0 at the mask's contour.
+    Where a vertex is seen from neither side its own normal stands, trusted not at all; `inside`
+    (V,) is 0 at the mask's contour.
     """
     own = vertex_normals(vertices, faces)
     maps = person.maps["maps"][0]
@@ -189,7 +221,9 @@ def expected_normals(person: ImplicitPerson, vertices: FloatArray, faces: IntArr
     normals, trust = own.copy(), np.zeros(len(vertices))
     for side, channels in ((1.0, slice(0, 3)), (-1.0, slice(3, 6))):
         seen = visible_vertices(vertices * np.array([side, 1.0, side]), faces)
-        told = sample_image(np.ascontiguousarray(maps[channels].transpose(1, 2, 0)), pixels[seen], linear=True)
+        told = sample_image(
+            np.ascontiguousarray(maps[channels].transpose(1, 2, 0)), pixels[seen], linear=True
+        )
         length = np.linalg.norm(told, axis=1)
         told = told / np.maximum(length, 1e-6)[:, None]
         agreement = (told * own[seen]).sum(axis=1)
@@ -200,12 +234,20 @@ def expected_normals(person: ImplicitPerson, vertices: FloatArray, faces: IntArr
 
 
 def rim_levels(
-    person: ImplicitPerson, bounds: FloatArray, *, count: int = 1500, step: float = 0.01, largest: float = 0.02, reach: float = 0.03
+    person: ImplicitPerson,
+    bounds: FloatArray,
+    *,
+    count: int = 1500,
+    step: float = 0.01,
+    largest: float = 0.02,
+    reach: float = 0.03,
 ) -> FloatArray:
-    """The level of the field at which its silhouette meets the mask's contour, metres, at most `largest` off 0, by pixel of the frame (H, W).
+    """The level of the field at which its silhouette meets the mask's contour, metres, at most
+    `largest` off 0, by pixel of the frame (H, W).
 
-    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person, or beyond. Near the contour
-    (`reach`) the level is what is missing there, smoothed along the contour; elsewhere it is the median.
+    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres
+    within the person, or beyond. Near the contour (`reach`) the level is what is missing there,
+    smoothed along the contour; elsewhere it is the median.
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 
@@ -214,12 +256,24 @@ def rim_levels(
     loops = [loop[::every] for loop in loops]
     depths = np.arange(bounds[0, 2], bounds[1, 2], step)
     chosen = np.concatenate(loops)
-    points = person.frame.camera.unproject(np.repeat(chosen, len(depths), axis=0), np.tile(depths, len(chosen)))
-    missing = np.clip(person.distance(points.astype(np.float32)).reshape(len(chosen), -1).min(axis=1), -largest, largest)
+    points = person.frame.camera.unproject(
+        np.repeat(chosen, len(depths), axis=0), np.tile(depths, len(chosen))
+    )
+    missing = np.clip(
+        person.distance(points.astype(np.float32)).reshape(len(chosen), -1).min(axis=1),
+        -largest,
+        largest,
+    )
     everywhere = float(np.median(missing))
-    smooth = [gaussian_filter1d(part, 2.0, mode="wrap") for part in np.split(missing, np.cumsum([len(loop) for loop in loops])[:-1])]
+    smooth = [
+        gaussian_filter1d(part, 2.0, mode="wrap")
+        for part in np.split(missing, np.cumsum([len(loop) for loop in loops])[:-1])
+    ]
     height, width = person.frame.mask.shape
-    columns, rows = (np.clip(chosen[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height)))
+    columns, rows = (
+        np.clip(chosen[:, axis].astype(int), 0, size - 1)
+        for axis, size in ((0, width), (1, height))
+    )
     rim = np.full((height, width), np.nan, np.float32)
     rim[rows, columns] = np.concatenate(smooth)
     away, (row, column) = distance_transform_edt(np.isnan(rim), return_indices=True)

@@ -35,9 +35,11 @@ def animate(
     columns: int | None = None,
     settings: StickSettings | None = None,
 ) -> Iterator[ByteArray]:
-    """Frames (H, W, 3) uint8 of one moving figure, or of several in a grid; shorter clips hold their last pose.
+    """Frames (H, W, 3) uint8 of one moving figure, or of several in a grid; shorter clips hold
+    their last pose.
 
-    The camera stands still, or goes along with a figure whose path is longer than ``settings.follow``.
+    The camera stands still, or goes along with a figure whose path is longer than
+    ``settings.follow``.
 
     Parameters
     ----------
@@ -59,7 +61,9 @@ def animate(
     if len(clips) > MAX_PANELS:
         raise InputError(f"{len(clips)} clips to animate; expected at most {MAX_PANELS}")
     if len({clip.fps for clip in clips}) > 1:
-        raise InputError(f"clips of {', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames a second; resample them to one rate")
+        raise InputError(
+            f"clips of {', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames a second; resample them to one rate"
+        )
     names = titles_of(titles, clips)
     across = columns or int(np.ceil(np.sqrt(2 * len(clips)))) if len(clips) > 2 else len(clips)
     down = -(-len(clips) // across)
@@ -97,7 +101,13 @@ def _frames(figure: Figure, panels: Sequence[_Panel], count: int) -> Iterator[By
 class _Panel:
     """One moving figure with its ground and path."""
 
-    def __init__(self, figure: Figure, box: tuple[float, float, float, float], clip: Motion, settings: StickSettings) -> None:
+    def __init__(
+        self,
+        figure: Figure,
+        box: tuple[float, float, float, float],
+        clip: Motion,
+        settings: StickSettings,
+    ) -> None:
         from matplotlib.collections import LineCollection
 
         self.clip, self.settings = clip, settings
@@ -106,11 +116,18 @@ class _Panel:
         root = clip.root * ground
         follows = float(np.ptp(root, axis=0).max()) > settings.follow
         # the camera's path is smoother than the person's, so that the person still sways
-        self.centre = _smooth(root, 1.2 * clip.fps) if follows else np.tile((root.min(0) + root.max(0)) / 2, (clip.frames, 1))
+        self.centre = (
+            _smooth(root, 1.2 * clip.fps)
+            if follows
+            else np.tile((root.min(0) + root.max(0)) / 2, (clip.frames, 1))
+        )
         local = clip.joints - self.centre[:, None]
         seen = project(local, *view)[..., :2].reshape(-1, 2)
         margin = settings.head + 0.03
-        low, high = np.minimum(seen.min(0) - margin, [-0.7, -0.4]), np.maximum(seen.max(0) + margin, [0.7, 1.3])
+        low, high = (
+            np.minimum(seen.min(0) - margin, [-0.7, -0.4]),
+            np.maximum(seen.max(0) + margin, [0.7, 1.3]),
+        )
         self.ax = empty_axes(figure, box, low, high)
         flat = clip.joints[..., [0, 2]].reshape(-1, 2)
         reach = 1.0 if follows else 0.5
@@ -131,7 +148,14 @@ class _Panel:
             lines = self.lines - centre
             flat = lines.reshape(-1, 3)
             low, high = flat.min(axis=0), flat.max(axis=0)
-            corners = np.array([(low[0], 0, low[2]), (high[0], 0, low[2]), (high[0], 0, high[2]), (low[0], 0, high[2])])
+            corners = np.array(
+                [
+                    (low[0], 0, low[2]),
+                    (high[0], 0, low[2]),
+                    (high[0], 0, high[2]),
+                    (low[0], 0, high[2]),
+                ]
+            )
             self.ground[0].set_verts([project(corners, *view)[:, :2]])
             self.ground[1].set_segments(list(project(lines, *view)[..., :2]))
         path = project(self.path - centre, *view)[:, :2]
@@ -143,5 +167,7 @@ def _smooth(path: FloatArray, frames: float) -> FloatArray:
     """A path (T, 3) without what is quicker than about `frames`."""
     from scipy.ndimage import gaussian_filter1d
 
-    smoothed: FloatArray = gaussian_filter1d(np.asarray(path, dtype=np.float64), frames / 4, axis=0, mode="nearest")
+    smoothed: FloatArray = gaussian_filter1d(
+        np.asarray(path, dtype=np.float64), frames / 4, axis=0, mode="nearest"
+    )
     return smoothed

@@ -1,7 +1,8 @@
-"""What stick figures are made of: settings, the view, the figure, the ground, and panels without ticks (matplotlib).
+"""What stick figures are made of: settings, the view, the figure, the ground, and panels without
+ticks (matplotlib).
 
-Every picture is an orthographic view of the world (metres, y up) with equal axes: the ground at y = 0 with a grid, the
-figure's shadow straight below it; the person's left is red, the right blue.
+Every picture is an orthographic view of the world (metres, y up) with equal axes: the ground at y =
+0 with a grid, the figure's shadow straight below it; the person's left is red, the right blue.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ class StickSettings:
     size : int
         Pixels a panel of an animation; height of a row of poses.
     azimuth, elevation : float
-        From where the camera looks, degrees: 0 is the front (from +z), positive azimuth goes to the person's left (+x),
-        positive elevation up.
+        From where the camera looks, degrees: 0 is the front (from +z), positive azimuth goes to the
+        person's left (+x), positive elevation up.
     left, right, middle : str
         Colours of the person's left and right limbs and of the rest.
     bone, head : float
@@ -48,7 +49,8 @@ class StickSettings:
     cell : float
         Distance of the grid's lines, metres.
     follow : float
-        Extent of a path over the ground beyond which the camera of an animation goes with the figure, metres.
+        Extent of a path over the ground beyond which the camera of an animation goes with the
+        figure, metres.
     """
 
     size: int = 256
@@ -70,7 +72,8 @@ class StickSettings:
 
 
 def project(points: FloatArray, azimuth: float, elevation: float) -> FloatArray:
-    """Orthographic view of points (..., 3): to the right, up, and towards the camera, metres (..., 3).
+    """Orthographic view of points (..., 3): to the right, up, and towards the camera, metres (...,
+    3).
 
     Parameters
     ----------
@@ -83,7 +86,9 @@ def project(points: FloatArray, azimuth: float, elevation: float) -> FloatArray:
     towards = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
     right = np.array([np.cos(a), 0.0, -np.sin(a)])
     up = np.cross(towards, right)
-    seen: FloatArray = np.asarray(points, dtype=np.float64) @ np.stack([right, up, towards], axis=-1)
+    seen: FloatArray = np.asarray(points, dtype=np.float64) @ np.stack(
+        [right, up, towards], axis=-1
+    )
     return seen
 
 
@@ -102,25 +107,42 @@ class FigureArtists:
         self.head = canonical_joints(motion.joint_names, motion.parents.tolist()).get("head")
         # line widths are in points: metres by the panel's scale
         width = settings.bone * _points_per_unit(ax)
-        self.shadow = LineCollection([], linewidths=width, colors=SHADOW, capstyle="round", zorder=2)
+        self.shadow = LineCollection(
+            [], linewidths=width, colors=SHADOW, capstyle="round", zorder=2
+        )
         self.bones = LineCollection([], linewidths=width, capstyle="round", zorder=4)
         across = 2 * settings.head
         self.skull = EllipseCollection(
-            [across], [across], [0], units="xy", offsets=np.zeros((1, 2)), transOffset=ax.transData, facecolors=settings.middle, zorder=5
+            [across],
+            [across],
+            [0],
+            units="xy",
+            offsets=np.zeros((1, 2)),
+            transOffset=ax.transData,
+            facecolors=settings.middle,
+            zorder=5,
         )
-        self.artists: list[Any] = [self.shadow, self.bones] + ([self.skull] if self.head is not None else [])
+        self.artists: list[Any] = [self.shadow, self.bones] + (
+            [self.skull] if self.head is not None else []
+        )
         for artist in self.artists:
             ax.add_collection(artist, autolim=False)
 
-    def place(self, joints: FloatArray, shift: tuple[float, float] = (0.0, 0.0), fade: float = 0.0) -> None:
+    def place(
+        self, joints: FloatArray, shift: tuple[float, float] = (0.0, 0.0), fade: float = 0.0
+    ) -> None:
         """Show joints (J, 3), moved by `shift` in the picture's plane and faded towards white."""
         view = self.settings.azimuth, self.settings.elevation
         seen = project(joints, *view) + np.array([*shift, 0.0])
         flat = project(joints * np.array([1.0, 0.0, 1.0]), *view) + np.array([*shift, 0.0])
         order = np.argsort((seen[self.starts, 2] + seen[self.ends, 2]) / 2)  # the farthest first
-        self.bones.set_segments(list(np.stack([seen[self.starts, :2], seen[self.ends, :2]], axis=1)[order]))
+        self.bones.set_segments(
+            list(np.stack([seen[self.starts, :2], seen[self.ends, :2]], axis=1)[order])
+        )
         self.bones.set_color([faded(colour, fade) for colour in self.colours[order]])
-        self.shadow.set_segments(list(np.stack([flat[self.starts, :2], flat[self.ends, :2]], axis=1)))
+        self.shadow.set_segments(
+            list(np.stack([flat[self.starts, :2], flat[self.ends, :2]], axis=1))
+        )
         self.shadow.set_color(faded(SHADOW, fade))
         if self.head is not None:
             self.skull.set_offsets(seen[self.head : self.head + 1, :2])
@@ -157,23 +179,34 @@ def ground_grid(low: FloatArray, high: FloatArray, settings: StickSettings) -> F
     return lines
 
 
-def draw_ground(ax: Axes, lines: FloatArray, settings: StickSettings, shift: tuple[float, float] = (0.0, 0.0)) -> list[Any]:
+def draw_ground(
+    ax: Axes, lines: FloatArray, settings: StickSettings, shift: tuple[float, float] = (0.0, 0.0)
+) -> list[Any]:
     """The plane under grid lines (L, 2, 3) and the lines; returns the artists."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     flat = lines.reshape(-1, 3)
     low, high = flat.min(axis=0), flat.max(axis=0)
-    corners = np.array([(low[0], 0, low[2]), (high[0], 0, low[2]), (high[0], 0, high[2]), (low[0], 0, high[2])])
+    corners = np.array(
+        [(low[0], 0, low[2]), (high[0], 0, low[2]), (high[0], 0, high[2]), (low[0], 0, high[2])]
+    )
     view = settings.azimuth, settings.elevation
-    plane = PolyCollection([project(corners, *view)[:, :2] + shift], facecolors=GROUND, edgecolors="none", zorder=0)
-    grid = LineCollection(list(project(lines, *view)[..., :2] + shift), colors=GRID, linewidths=0.6, zorder=1)
+    plane = PolyCollection(
+        [project(corners, *view)[:, :2] + shift], facecolors=GROUND, edgecolors="none", zorder=0
+    )
+    grid = LineCollection(
+        list(project(lines, *view)[..., :2] + shift), colors=GRID, linewidths=0.6, zorder=1
+    )
     ax.add_collection(plane, autolim=False)
     ax.add_collection(grid, autolim=False)
     return [plane, grid]
 
 
-def empty_axes(figure: Figure, box: tuple[float, float, float, float], low: FloatArray, high: FloatArray) -> Axes:
-    """Axes without ticks at `box` (fractions of the figure) whose limits hold `low` to `high` at equal scales."""
+def empty_axes(
+    figure: Figure, box: tuple[float, float, float, float], low: FloatArray, high: FloatArray
+) -> Axes:
+    """Axes without ticks at `box` (fractions of the figure) whose limits hold `low` to `high` at
+    equal scales."""
     ax = figure.add_axes(box)
     ax.set_axis_off()
     across, up = box[2] * figure.get_figwidth(), box[3] * figure.get_figheight()
@@ -211,7 +244,9 @@ def new_figure(width: float, height: float) -> Figure:
 def single_clips(motion: Motion | Sequence[Motion]) -> list[Motion]:
     """Single clips of a clip, a batch or several motions."""
     motions = [motion] if isinstance(motion, Motion) else list(motion)
-    clips = [item[index] if item.batch else item for item in motions for index in np.ndindex(item.batch)]
+    clips = [
+        item[index] if item.batch else item for item in motions for index in np.ndindex(item.batch)
+    ]
     if not clips:
         raise InputError("no motion to draw")
     return clips

@@ -19,7 +19,11 @@ from a2v.types import Motion
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_VIDEOS: dict[str, Callable[..., None]] = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
+_VIDEOS: dict[str, Callable[..., None]] = {
+    ".mp4": write_video,
+    ".gif": write_gif,
+    ".webp": write_webp,
+}
 _PICTURES = (".png", ".svg")
 
 
@@ -31,7 +35,8 @@ def save_stick_figures(
     given: int = 0,
     settings: StickSettings | None = None,
 ) -> None:
-    """Write rows of poses (``.png``, ``.svg``) or an animation (``.mp4``, ``.gif``, ``.webp``), atomically, by the path's suffix.
+    """Write rows of poses (``.png``, ``.svg``) or an animation (``.mp4``, ``.gif``, ``.webp``),
+    atomically, by the path's suffix.
 
     Raises
     ------
@@ -45,16 +50,21 @@ def save_stick_figures(
     elif suffix in _PICTURES:
         save_figure(path, plot_rows(motion, titles=titles, given=given, settings=settings))
     else:
-        raise InputError(f"cannot draw {path}; expected a name that ends in .png, .svg, .mp4, .gif or .webp")
+        raise InputError(
+            f"cannot draw {path}; expected a name that ends in .png, .svg, .mp4, .gif or .webp"
+        )
 
 
 def draw_motion(path: str | os.PathLike[str], motion: Motion) -> None:
-    """`save_stick_figures` of a clip or batch (N,): titles are the actions of its clips, frames that an outpainting was given are paler."""
+    """`save_stick_figures` of a clip or batch (N,): titles are the actions of its clips, frames
+    that an outpainting was given are paler."""
     titles = motion.action.split("|") if "|" in motion.action else None
     save_stick_figures(path, motion, titles=titles, given=motion.given_frames or 0)
 
 
-DRAWN_FORMATS: tuple[MotionFormat, ...] = (MotionFormat(suffixes=(*_VIDEOS, *_PICTURES), write=draw_motion, batches=True),)
+DRAWN_FORMATS: tuple[MotionFormat, ...] = (
+    MotionFormat(suffixes=(*_VIDEOS, *_PICTURES), write=draw_motion, batches=True),
+)
 """Motions as something to look at."""
 
 

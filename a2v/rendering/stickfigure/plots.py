@@ -63,12 +63,19 @@ def plot_rows(
     settings = settings or StickSettings()
     clips = single_clips(motion)
     if not 1 <= poses <= 60 or len(clips) > 4 * MAX_PANELS:
-        raise InputError(f"{poses} poses of {len(clips)} clips; expected 1 to 60 poses and at most {4 * MAX_PANELS} clips")
+        raise InputError(
+            f"{poses} poses of {len(clips)} clips; expected 1 to 60 poses and at most {4 * MAX_PANELS} clips"
+        )
     names = titles_of(titles, clips)
     picks = [np.linspace(0, clip.frames - 1, poses).round().astype(int) for clip in clips]
     ground = np.array([1.0, 0.0, 1.0])
-    shown = [clip.joints[at] - clip.root[at][:, None] * ground for clip, at in zip(clips, picks, strict=True)]
-    spot = ground_grid(np.array([-0.4, -0.4]), np.array([0.4, 0.4]), dataclasses.replace(settings, cell=0.4))
+    shown = [
+        clip.joints[at] - clip.root[at][:, None] * ground
+        for clip, at in zip(clips, picks, strict=True)
+    ]
+    spot = ground_grid(
+        np.array([-0.4, -0.4]), np.array([0.4, 0.4]), dataclasses.replace(settings, cell=0.4)
+    )
     low, high = _bounds(shown, spot, settings)
     pitch, row, label = high[0] - low[0], settings.size / 100, 1.1 if any(names) else 0.0
     cell = row * pitch / (high[1] - low[1])
@@ -76,27 +83,48 @@ def plot_rows(
     figure = new_figure(width, row * len(clips) + foot)
     total = figure.get_figheight()
     for index, (clip, joints, at) in enumerate(zip(clips, shown, picks, strict=True)):
-        box = (label / width, (total - row * (index + 1)) / total, cell * poses / width, row / total)
+        box = (
+            label / width,
+            (total - row * (index + 1)) / total,
+            cell * poses / width,
+            row / total,
+        )
         ax = empty_axes(figure, box, low, high + np.array([pitch * (poses - 1), 0]))
         for column, frame in enumerate(at):
             shift = (pitch * column, 0.0)
             draw_ground(ax, spot, settings, shift)
-            FigureArtists(ax, clip, settings).place(joints[column], shift, fade=0.55 if frame < given else 0.0)
+            FigureArtists(ax, clip, settings).place(
+                joints[column], shift, fade=0.55 if frame < given else 0.0
+            )
             if index == len(clips) - 1:
                 place = (label + cell * (column - low[0] / pitch)) / width
-                figure.text(place, 0.06 / total, f"{frame / clip.fps:.1f} s", ha="center", fontsize=7, color="#777777")
+                figure.text(
+                    place,
+                    0.06 / total,
+                    f"{frame / clip.fps:.1f} s",
+                    ha="center",
+                    fontsize=7,
+                    color="#777777",
+                )
         if names[index]:
-            figure.text(0.1 / width, box[1] + box[3] / 2, _wrapped(names[index]), va="center", fontsize=8)
+            figure.text(
+                0.1 / width, box[1] + box[3] / 2, _wrapped(names[index]), va="center", fontsize=8
+            )
     return figure
 
 
-def _bounds(shown: Sequence[FloatArray], spot: FloatArray, settings: StickSettings) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest corner (2,) of a pose's panel, metres, that holds every pose (P, J, 3) and the ground's grid (L, 2, 3) under it."""
+def _bounds(
+    shown: Sequence[FloatArray], spot: FloatArray, settings: StickSettings
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest corner (2,) of a pose's panel, metres, that holds every pose (P, J, 3) and
+    the ground's grid (L, 2, 3) under it."""
     view = settings.azimuth, settings.elevation
     seen = np.concatenate([project(joints, *view)[..., :2].reshape(-1, 2) for joints in shown])
     tile = project(spot, *view)[..., :2].reshape(-1, 2)
     margin = settings.head + 0.02
-    return np.minimum(seen.min(0) - margin, tile.min(0) - 0.03), np.maximum(seen.max(0) + margin, tile.max(0) + 0.03)
+    return np.minimum(seen.min(0) - margin, tile.min(0) - 0.03), np.maximum(
+        seen.max(0) + margin, tile.max(0) + 0.03
+    )
 
 
 def _wrapped(text: str, width: int = 14) -> str:
@@ -105,8 +133,16 @@ def _wrapped(text: str, width: int = 14) -> str:
     return "\n".join(textwrap.wrap(text.replace("_", " "), width))
 
 
-def plot_path(motion: Motion, *, poses: int = 8, given: int = 0, settings: StickSettings | None = None, title: str = "") -> Figure:
-    """Poses of one clip where they are, with the root's path on the ground; earlier poses are paler.
+def plot_path(
+    motion: Motion,
+    *,
+    poses: int = 8,
+    given: int = 0,
+    settings: StickSettings | None = None,
+    title: str = "",
+) -> Figure:
+    """Poses of one clip where they are, with the root's path on the ground; earlier poses are
+    paler.
 
     Parameters
     ----------
@@ -125,14 +161,21 @@ def plot_path(motion: Motion, *, poses: int = 8, given: int = 0, settings: Stick
     """
     settings = settings or StickSettings()
     if motion.batch:
-        raise InputError(f"plot_path takes one clip; this Motion is a batch of shape {motion.batch}: index it first")
+        raise InputError(
+            f"plot_path takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+        )
     if not 1 <= poses <= 60:
         raise InputError(f"{poses} poses; expected 1 to 60")
     view = settings.azimuth, settings.elevation
     at = np.linspace(0, motion.frames - 1, poses).round().astype(int)
     flat = motion.joints[..., [0, 2]].reshape(-1, 2)
     lines = ground_grid(flat.min(0) - 0.4, flat.max(0) + 0.4, settings)
-    seen = np.concatenate([project(motion.joints[at], *view)[..., :2].reshape(-1, 2), project(lines, *view)[..., :2].reshape(-1, 2)])
+    seen = np.concatenate(
+        [
+            project(motion.joints[at], *view)[..., :2].reshape(-1, 2),
+            project(lines, *view)[..., :2].reshape(-1, 2),
+        ]
+    )
     low, high = seen.min(0) - 0.1, seen.max(0) + 0.15
     height = settings.size / 100 * 1.4
     width = float(np.clip(height * (high[0] - low[0]) / (high[1] - low[1]), 2.0, 12.0))

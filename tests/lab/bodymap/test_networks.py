@@ -21,12 +21,17 @@ from a2v.lab.bodymap.networks import CHANNELS, EDGES, MAPS, Backbone, BodyMapNet
 def picture() -> torch.Tensor:
     """The sample's photo (1, 3, 256, 256)."""
     image = cv2.imread(str(Path(a2v.__file__).parent / "samples" / "person.jpg"))[..., ::-1]
-    return torch.from_numpy(cv2.resize(image, (256, 256)).transpose(2, 0, 1)[None].astype(np.float32) / 255)
+    return torch.from_numpy(
+        cv2.resize(image, (256, 256)).transpose(2, 0, 1)[None].astype(np.float32) / 255
+    )
 
 
 @pytest.mark.parametrize("output", [LANDMARKS, 297])
-def test_the_layers_are_what_opencv_makes_of_the_same_file(picture: torch.Tensor, output: int) -> None:
-    """OpenCV reads TensorFlow Lite's files as well: landmarks, and the head of the heat maps, which asks for the decoder's end."""
+def test_the_layers_are_what_opencv_makes_of_the_same_file(
+    picture: torch.Tensor, output: int
+) -> None:
+    """OpenCV reads TensorFlow Lite's files as well: landmarks, and the head of the heat maps, which
+    asks for the decoder's end."""
     package = Path(str(importlib.util.find_spec("mediapipe").origin)).parent  # type: ignore[union-attr]
     reference = cv2.dnn.readNetFromTFLite(str(package / FILE))
     reference.setInput(picture.numpy())
@@ -62,7 +67,9 @@ def test_the_network_begins_near_blazeposes_landmarks(picture: torch.Tensor) -> 
     torch.manual_seed(0)
     network = BodyMapNetwork().eval()
     with torch.no_grad():
-        told = network(torch.cat([picture, torch.ones_like(picture[:, :1])], dim=1).repeat(2, 1, 1, 1))
+        told = network(
+            torch.cat([picture, torch.ones_like(picture[:, :1])], dim=1).repeat(2, 1, 1, 1)
+        )
         own = network.backbone(picture)[1]
     assert told.points.shape == (2, 33, 3)
     assert told.log_scales.shape == (2, 33, 2)

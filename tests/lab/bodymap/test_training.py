@@ -15,11 +15,19 @@ from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
 from a2v.lab.bodymap.examples import QuickViews, make_example, mirrored, stack
 from a2v.lab.bodymap.losses import errors, losses, tensors
 from a2v.lab.bodymap.networks import BodyMaps
-from a2v.lab.bodymap.training import FILE, BodyMapSettings, BodyMapTraining, load_network, train_bodymap
+from a2v.lab.bodymap.training import (
+    FILE,
+    BodyMapSettings,
+    BodyMapTraining,
+    load_network,
+    train_bodymap,
+)
 from a2v.perception.bodymap import FILE as SHIPPED
 from tests.support.quick_views import invented_view, write_invented
 
-QUICK = BodyMapSettings(iterations=4, batch_size=2, log_every=1, measured=2, threads=1, device="cpu", half=False)
+QUICK = BodyMapSettings(
+    iterations=4, batch_size=2, log_every=1, measured=2, threads=1, device="cpu", half=False
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,9 +38,14 @@ def views(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def truth(true: dict[str, torch.Tensor], shift: float = 0.0) -> BodyMaps:
     """The answer that makes no error, or one of `shift` in u of all landmarks."""
     log = torch.full_like(true["depths"][:, :1], -4.0)
-    maps = torch.cat([true["places"], true["depths"], log, log, log, 20 * true["seen"][:, :1].float() - 10], dim=1)
+    maps = torch.cat(
+        [true["places"], true["depths"], log, log, log, 20 * true["seen"][:, :1].float() - 10],
+        dim=1,
+    )
     points = true["points"] + torch.tensor([shift, 0.0, 0.0])
-    return BodyMaps(points=points, first=points, log_scales=torch.full_like(points[..., :2], -4.0), maps=maps)
+    return BodyMaps(
+        points=points, first=points, log_scales=torch.full_like(points[..., :2], -4.0), maps=maps
+    )
 
 
 def test_a_mirror_shown_in_a_mirror_is_the_thing_itself() -> None:
@@ -40,16 +53,23 @@ def test_a_mirror_shown_in_a_mirror_is_the_thing_itself() -> None:
     once = mirrored(example)
     left, right = BLAZEPOSE.index("left_knee"), BLAZEPOSE.index("right_knee")
     assert MIRRORED_BLAZEPOSE[left] == right
-    np.testing.assert_allclose(once.points[left], example.points[right] * [-1, 1, 1] + [1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(
+        once.points[left], example.points[right] * [-1, 1, 1] + [1, 0, 0], atol=1e-6
+    )
     np.testing.assert_array_equal(once.places[0, :, 0], -example.places[0, :, -1])
     for item in fields(example):
-        np.testing.assert_allclose(getattr(mirrored(once), item.name), getattr(example, item.name), atol=1e-6)
+        np.testing.assert_allclose(
+            getattr(mirrored(once), item.name), getattr(example, item.name), atol=1e-6
+        )
 
 
 def test_examples_repeat_with_their_seed_and_keep_the_truth() -> None:
     view = invented_view(np.random.default_rng(1))
     plain = make_example(view)
-    made = [[make_example(view, generator) for _ in range(30)] for generator in (np.random.default_rng(5), np.random.default_rng(5))]
+    made = [
+        [make_example(view, generator) for _ in range(30)]
+        for generator in (np.random.default_rng(5), np.random.default_rng(5))
+    ]
     for first, second in zip(*made, strict=True):
         np.testing.assert_array_equal(first.picture, second.picture)
         assert first.picture.min() >= 0
@@ -74,11 +94,14 @@ def test_what_a_thing_hides_is_not_seen_and_its_errors_do_not_count() -> None:
     np.testing.assert_array_equal(example.points, bare.points)
     true = tensors(stack([example]), torch.device("cpu"))
     told = truth(true)
-    told.maps[:, :, 31:] += torch.tensor([1.0, 1, 1, 1, 1, 0, 0, 0, 0])[None, :, None, None]  # anything where nothing is seen
+    told.maps[:, :, 31:] += torch.tensor([1.0, 1, 1, 1, 1, 0, 0, 0, 0])[
+        None, :, None, None
+    ]  # anything where nothing is seen
     wrong = losses(told, true)
     for name in ("place", "front", "back"):
         assert float(wrong[name]) < 1e-5
-    # segmentations take things for the person, sometimes: then the mask says more than there is to see
+    # segmentations take things for the person, sometimes: then the mask says more than there is to
+    # see
     made = [make_example(view, np.random.default_rng(seed)) for seed in range(40)]
     taken = [one.picture[3, 124:].sum() > 0.1 * things.sum() for one in made]
     assert 0.05 < np.mean(taken) < 0.7
@@ -86,12 +109,16 @@ def test_what_a_thing_hides_is_not_seen_and_its_errors_do_not_count() -> None:
 
 def test_losses_and_errors_vanish_on_the_truth_alone() -> None:
     generator = np.random.default_rng(2)
-    true = tensors(stack([make_example(invented_view(generator)) for _ in range(3)]), torch.device("cpu"))
+    true = tensors(
+        stack([make_example(invented_view(generator)) for _ in range(3)]), torch.device("cpu")
+    )
     right, wrong = losses(truth(true), true), losses(truth(true, 0.01), true)
     for name in ("plane", "depth", "first", "place", "front", "back"):
         assert float(right[name]) < 1e-5
     assert float(right["inside"]) < 1e-3
-    assert float(wrong["plane"]) == pytest.approx(10 * 0.005 * float(true["weights"].mean()), rel=1e-3)
+    assert float(wrong["plane"]) == pytest.approx(
+        10 * 0.005 * float(true["weights"].mean()), rel=1e-3
+    )
     assert float(wrong["depth"]) < 1e-5
     assert float(wrong["likelihood"]) > float(right["likelihood"])
     # a hundredth of the picture's side, of which half a one is a metre
@@ -130,9 +157,20 @@ def test_a_run_resumes_and_refuses_other_settings(views: Path, tmp_path: Path) -
     assert [row["iteration"] for row in again] == [3, 4]
     whole, halves = (load_network(tmp_path / name)[0].state_dict() for name in ("whole", "halves"))
     assert all(torch.allclose(whole[name], halves[name], atol=1e-5) for name in whole)
-    start = BodyMapSettings(iterations=1, learning_rate=1e-9, batch_size=2, measured=0, threads=1, device="cpu", initial=str(tmp_path / "whole"))
+    start = BodyMapSettings(
+        iterations=1,
+        learning_rate=1e-9,
+        batch_size=2,
+        measured=0,
+        threads=1,
+        device="cpu",
+        initial=str(tmp_path / "whole"),
+    )
     network = train_bodymap(views, tmp_path / "more", settings=start)
-    assert all(torch.allclose(whole[name], weight, atol=1e-5) for name, weight in network.named_parameters())
+    assert all(
+        torch.allclose(whole[name], weight, atol=1e-5)
+        for name, weight in network.named_parameters()
+    )
     with pytest.raises(InputError, match="batch_size=2"):
         train_bodymap(views, tmp_path / "halves", settings=replace(QUICK, batch_size=3))
     with pytest.raises(InputError, match="does not exist; train first"):
@@ -149,13 +187,24 @@ def test_the_shipped_network_comes_back_out_of_its_file(views: Path, tmp_path: P
     with torch.no_grad():
         told = network(picture)
     session = onnxruntime.InferenceSession(str(SHIPPED), providers=["CPUExecutionProvider"])
-    points, log_scales, maps = session.run(["points", "log_scales", "maps"], {"picture": picture.numpy()})
+    points, log_scales, maps = session.run(
+        ["points", "log_scales", "maps"], {"picture": picture.numpy()}
+    )
     np.testing.assert_allclose(told.points, points, atol=1e-4)
     np.testing.assert_allclose(told.log_scales, log_scales, atol=1e-3)
     np.testing.assert_allclose(told.maps, maps, atol=5e-3)
-    assert max(float(layer.running_mean.abs().max()) for layer in network.modules() if isinstance(layer, torch.nn.BatchNorm2d)) > 0.1
+    assert (
+        max(
+            float(layer.running_mean.abs().max())
+            for layer in network.modules()
+            if isinstance(layer, torch.nn.BatchNorm2d)
+        )
+        > 0.1
+    )
     with pytest.raises(InputError, match="does not exist; give a run's folder"):
-        train_bodymap(views, tmp_path / "nothing", settings=replace(start, initial=str(tmp_path / "none")))
+        train_bodymap(
+            views, tmp_path / "nothing", settings=replace(start, initial=str(tmp_path / "none"))
+        )
 
 
 def test_training_makes_the_losses_smaller(views: Path, tmp_path: Path) -> None:
@@ -163,7 +212,9 @@ def test_training_makes_the_losses_smaller(views: Path, tmp_path: Path) -> None:
     settings = replace(QUICK, iterations=16, measured=0, learning_rate=4e-3)
     train_bodymap(views, tmp_path, settings=settings, on_log=rows.append)
     for name in ("place", "inside", "front"):
-        assert np.mean([row[name] for row in rows[-4:]]) < 0.8 * np.mean([row[name] for row in rows[:4]])
+        assert np.mean([row[name] for row in rows[-4:]]) < 0.8 * np.mean(
+            [row[name] for row in rows[:4]]
+        )
 
 
 @pytest.mark.parametrize("bad", [{"iterations": 0}, {"average": 1.0}, {"measured": -1}])

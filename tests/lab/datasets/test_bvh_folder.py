@@ -26,7 +26,9 @@ def recorded(data_dir, tmp_path_factory):
         for action, names in CLIPS.items():
             (folder / action).mkdir()
             for name in names:
-                (folder / action / f"{name.split('/')[1]}.bvh").write_bytes(archive.read(f"cmu_bvh/{name}.bvh"))
+                (folder / action / f"{name.split('/')[1]}.bvh").write_bytes(
+                    archive.read(f"cmu_bvh/{name}.bvh")
+                )
     return folder
 
 
@@ -56,9 +58,16 @@ def test_bones_keep_their_lengths_and_kinematics_reach_every_joint(recorded):
     for joints in dataset.joints:
         lengths = bone_lengths(joints, skeleton)
         assert np.ptp(lengths, axis=0).max() < 1e-5
-        again = forward_kinematics(inverse_kinematics(joints, skeleton), joints[:, 0], lengths, skeleton)
+        again = forward_kinematics(
+            inverse_kinematics(joints, skeleton), joints[:, 0], lengths, skeleton
+        )
         assert np.abs(again - joints).max() < 1e-5
-    assert {skeleton.joint_names[i] for i in skeleton.feet} == {"LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase"}
+    assert {skeleton.joint_names[i] for i in skeleton.feet} == {
+        "LeftFoot",
+        "LeftToeBase",
+        "RightFoot",
+        "RightToeBase",
+    }
     # the rest pose is the file's: legs hang down, so that no turn is near the edge of a half turn
     assert skeleton.rest_directions[skeleton.index("LeftLeg"), 1] < -0.5
 
@@ -67,7 +76,12 @@ def test_clips_as_motions_obey_the_skeleton_that_they_name(recorded):
     motion = load_dataset("bvh", recorded).motion(3)
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     lengths = bone_lengths(motion.joints, skeleton)
-    assert np.abs(forward_kinematics(motion.rotations, motion.root, lengths, skeleton) - motion.joints).max() < 1e-4
+    assert (
+        np.abs(
+            forward_kinematics(motion.rotations, motion.root, lengths, skeleton) - motion.joints
+        ).max()
+        < 1e-4
+    )
 
 
 def test_rate_length_and_units_are_settings(recorded):
@@ -119,12 +133,26 @@ def first_frame(text):
     [
         (lambda text: "", r"08_01\.bvh:1: .*empty"),
         (lambda text: text[:-300], r"08_01\.bvh:\d+: .*truncated"),
-        (lambda text: text[: first_frame(text)] + "nan " + text[first_frame(text) :].split(" ", 1)[1], r"08_01\.bvh:\d+: .*NaN"),
-        (lambda text: text.replace("RightForeArm", "Tentacle"), r"08_01\.bvh:2: unknown joints: no right elbow"),
-        (lambda text: text.replace("LThumb", "LThumbs"), r"08_01\.bvh has no joint 'LThumb_end'.*not that of .*02_04\.bvh"),
         (
             lambda text: (
-                text[: text.index("Frames:")] + "Frames: 1\nFrame Time: 0.0083333\n" + text[first_frame(text) :].splitlines()[40] + "\n"
+                text[: first_frame(text)] + "nan " + text[first_frame(text) :].split(" ", 1)[1]
+            ),
+            r"08_01\.bvh:\d+: .*NaN",
+        ),
+        (
+            lambda text: text.replace("RightForeArm", "Tentacle"),
+            r"08_01\.bvh:2: unknown joints: no right elbow",
+        ),
+        (
+            lambda text: text.replace("LThumb", "LThumbs"),
+            r"08_01\.bvh has no joint 'LThumb_end'.*not that of .*02_04\.bvh",
+        ),
+        (
+            lambda text: (
+                text[: text.index("Frames:")]
+                + "Frames: 1\nFrame Time: 0.0083333\n"
+                + text[first_frame(text) :].splitlines()[40]
+                + "\n"
             ),
             r"08_01\.bvh: the clip has 1 frame",
         ),

@@ -34,7 +34,9 @@ def test_the_data_under_the_table(data_dir: Path, fine: ActionDataset) -> None:
     counts = Counter(fine.labels.tolist())
     assert len(counts) == len(fine.actions) == len(fine.traits) == len(fine.descriptions)
     assert fine.actions[0] == "Walk"
-    assert "walk on uneven terrain" in fine.descriptions[fine.actions.index("Walk on uneven terrain")]
+    assert (
+        "walk on uneven terrain" in fine.descriptions[fine.actions.index("Walk on uneven terrain")]
+    )
     assert "direction:backward" in fine.traits[fine.actions.index("Walk backwards")]
     assert all(any(trait.startswith("coarse:") for trait in own) for own in fine.traits)
     # what the index calls "clean" was cleaned up, and is a copy of clips that it describes
@@ -45,21 +47,32 @@ def test_the_data_under_the_table(data_dir: Path, fine: ActionDataset) -> None:
 
 
 def test_people_fall_as_fast_as_they_do(fine: ActionDataset) -> None:
-    """Clips that were recorded at 60 frames a second have their true speed: whoever is in the air falls with 9.8 m/s^2."""
+    """Clips that were recorded at 60 frames a second have their true speed: whoever is in the air
+    falls with 9.8 m/s^2."""
     unit = fine.frame.metres_per_unit
     for name in ("75_07", "75_10", "75_12", "75_13", "75_15", "13_40", "118_30"):
         height = fine.joints[fine.clip_names.index(name)][:, 0, 1].astype(np.float64) * unit
         fall = np.sort(np.diff(height, 2) * fine.fps**2)[:2]
-        assert np.all((fall > -20) & (fall < -7.5)), name  # at twice the speed they are -39; splines overshoot where feet leave the ground
+        assert np.all((fall > -20) & (fall < -7.5)), (
+            name
+        )  # at twice the speed they are -39; splines overshoot where feet leave the ground
 
 
 def test_feet_stand_equally_high(fine: ActionDataset) -> None:
     unit = fine.frame.metres_per_unit
-    walks = [joints * unit for joints, label in zip(fine.joints, fine.labels, strict=True) if fine.actions[label] == "Walk"][:40]
+    walks = [
+        joints * unit
+        for joints, label in zip(fine.joints, fine.labels, strict=True)
+        if fine.actions[label] == "Walk"
+    ][:40]
     apart = np.array([floors_apart(joints, fine.skeleton, fine.fps) for joints in walks])
     assert np.nanquantile(np.abs(apart), 0.9) < 0.01
-    assert np.nanmax(np.abs(apart)) < 0.035  # one that differs from its subject's others is levelled as they are
-    before, after = (np.ptp(np.linalg.norm(joints[:, 13] - joints[:, 14], axis=-1)) for joints in walks[:2])
+    assert (
+        np.nanmax(np.abs(apart)) < 0.035
+    )  # one that differs from its subject's others is levelled as they are
+    before, after = (
+        np.ptp(np.linalg.norm(joints[:, 13] - joints[:, 14], axis=-1)) for joints in walks[:2]
+    )
     assert max(before, after) < 1e-3  # bones keep their lengths
 
 
@@ -67,7 +80,11 @@ def test_what_measurements_show_of_a_clip_goes_before_its_description(fine: Acti
     at = {name: index for index, name in enumerate(fine.clip_names)}
     assert fine.actions[fine.labels[at["91_34"]]] == "Walk around"  # it turns by 200 degrees
     assert "133_21" not in at
-    jacks = [len(joints) for joints, label in zip(fine.joints, fine.labels, strict=True) if fine.actions[label] == "Jumping jacks"]
+    jacks = [
+        len(joints)
+        for joints, label in zip(fine.joints, fine.labels, strict=True)
+        if fine.actions[label] == "Jumping jacks"
+    ]
     assert len(jacks) == 6
     assert max(jacks) < 60
     assert {"01_02", "01_02/2"} <= set(at)
@@ -79,7 +96,9 @@ def test_what_measurements_show_of_a_clip_goes_before_its_description(fine: Acti
 
 def test_a_description_that_the_table_lacks_is_named(data_dir: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(data_dir / "cmu_mocap.zip") as archive:
-        index = next(name for name in archive.namelist() if name.endswith("cmu_index_with_framerate.csv"))
+        index = next(
+            name for name in archive.namelist() if name.endswith("cmu_index_with_framerate.csv")
+        )
         text = archive.read(index).decode("latin-1").replace("salsa dance", "yodelling")
         clip = "mocap/mocap_3djoints/60_01.npy"
         (tmp_path / "mocap_3djoints").mkdir()

@@ -78,7 +78,23 @@ ASF = (
     + "".join(f"  begin\n  name {name}\n  direction 0 1 0\n  length {length}\n  axis 0 0 0 XYZ\n  dof rx ry rz\n  end\n" for name, length in (("lowerback", 2.0), ("upperback", 2.0), ("thorax", 2.0), ("lowerneck", 1.6), ("head", 1.6)))
     + ":hierarchy\n  begin\n    root lhipjoint rhipjoint lowerback\n    lhipjoint lfemur\n    lfemur ltibia\n    ltibia lfoot\n    rhipjoint rfemur\n    rfemur rtibia\n    rtibia rfoot\n    lowerback upperback\n    upperback thorax\n    thorax lowerneck lclavicle rclavicle\n    lowerneck head\n    lclavicle lhumerus\n    lhumerus lradius\n    lradius lwrist\n    rclavicle rhumerus\n    rhumerus rradius\n    rradius rwrist\n  end\n"
 )  # fmt: skip
-MOVING = ("lfemur", "rfemur", "ltibia", "rtibia", "lfoot", "rfoot", "lhumerus", "rhumerus", "lradius", "rradius", "lowerback", "upperback", "thorax", "lowerneck", "head")
+MOVING = (
+    "lfemur",
+    "rfemur",
+    "ltibia",
+    "rtibia",
+    "lfoot",
+    "rfoot",
+    "lhumerus",
+    "rhumerus",
+    "lradius",
+    "rradius",
+    "lowerback",
+    "upperback",
+    "thorax",
+    "lowerneck",
+    "head",
+)
 DOFS = {"ltibia": 1, "rtibia": 1, "lfoot": 2, "rfoot": 2, "lradius": 1, "rradius": 1}
 
 
@@ -94,14 +110,33 @@ def amc(frames: int, *, swing: float = 0.0) -> str:
 
 def test_every_description_of_the_index_has_a_rule(data_dir: Path) -> None:
     archive = zipfile.ZipFile(data_dir / "cmu_mocap.zip")
-    name = next(name for name in archive.namelist() if name.endswith("cmu_index_with_framerate.csv"))
-    rows = [row for row in csv.reader(io.StringIO(archive.read(name).decode("latin-1"))) if row[0].isdecimal()]
+    name = next(
+        name for name in archive.namelist() if name.endswith("cmu_index_with_framerate.csv")
+    )
+    rows = [
+        row
+        for row in csv.reader(io.StringIO(archive.read(name).decode("latin-1")))
+        if row[0].isdecimal()
+    ]
     actions = [action_of(row[2]) for row in rows]
     assert len(rows) == 2435
     assert [row[2] for row, action in zip(rows, actions, strict=True) if action is None] == []
     used = [action for action in actions if action]
     assert len(used) > 2000
-    assert {"Punch", "Kick", "Sit", "Wave", "Drink", "Cartwheel", "Backflip", "Yoga", "Laugh", "Talk", "Salsa", "Swim"} <= set(used)
+    assert {
+        "Punch",
+        "Kick",
+        "Sit",
+        "Wave",
+        "Drink",
+        "Cartwheel",
+        "Backflip",
+        "Yoga",
+        "Laugh",
+        "Talk",
+        "Salsa",
+        "Swim",
+    } <= set(used)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +148,9 @@ def test_every_description_of_the_index_has_a_rule(data_dir: Path) -> None:
 )  # fmt: skip
 def test_descriptions_mean_what_a_person_would_say(text: str, action: str | None) -> None:
     found = action_of(text)
-    assert found == action or (text.startswith("walk and turn") and found and found.startswith("Walk"))
+    assert found == action or (
+        text.startswith("walk and turn") and found and found.startswith("Walk")
+    )
 
 
 def test_amc_has_bones_of_the_skeletons_lengths_in_metres() -> None:
@@ -131,10 +168,20 @@ def test_a_bone_turns_about_its_own_axes() -> None:
     knee = still.joint_names.index("rtibia")
     moved = swung.joints[2, knee] - still.joints[2, knee]
     assert abs(moved[2]) > 0.2  # about an axis to the side: to the front or to the back
-    assert np.allclose(still.joints[:, still.joint_names.index("ltibia")], swung.joints[:, still.joint_names.index("ltibia")])
+    assert np.allclose(
+        still.joints[:, still.joint_names.index("ltibia")],
+        swung.joints[:, still.joint_names.index("ltibia")],
+    )
 
 
-@pytest.mark.parametrize(("text", "message"), [("root 1 2", ":1: expected a bone"), ("", "different numbers"), ("root 0 0 0 0 0 nan", "different|finite")])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("root 1 2", ":1: expected a bone"),
+        ("", "different numbers"),
+        ("root 0 0 0 0 0 nan", "different|finite"),
+    ],
+)
 def test_damaged_amc_is_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_amc(text, ASF)
@@ -153,7 +200,12 @@ def test_both_layouts_become_one_data_set(data_dir: Path, tmp_path: Path) -> Non
     assert found.clip_names == ("02_01", "02_04", "07_03", "09_01")
     assert found.fps == 30
     assert found.skeleton is CMU
-    assert dict(zip(found.clip_names, (found.actions[label] for label in found.labels), strict=True))["09_01"] == "Run"
+    assert (
+        dict(zip(found.clip_names, (found.actions[label] for label in found.labels), strict=True))[
+            "09_01"
+        ]
+        == "Run"
+    )
     amc_clip = found.joints[found.clip_names.index("07_03")]
     assert len(amc_clip) == 60  # 240 frames at 120 Hz
     lengths = bone_lengths(found.joints[0], CMU).mean(0) * found.frame.metres_per_unit

@@ -45,7 +45,20 @@ def test_humanact12_has_the_published_clips(humanact12, data_dir):
     assert len(humanact12) == 1191
     assert sum(map(len, humanact12.joints)) == 90_099
     assert len(set(humanact12.subjects)) == 12
-    assert np.bincount(humanact12.labels).tolist() == [215, 47, 50, 94, 88, 218, 54, 77, 56, 61, 140, 91]
+    assert np.bincount(humanact12.labels).tolist() == [
+        215,
+        47,
+        50,
+        94,
+        88,
+        218,
+        54,
+        77,
+        56,
+        61,
+        140,
+        91,
+    ]
     fine = load_humanact12(data_dir, grain="fine")
     assert len(fine.actions) == 34
     assert np.bincount(fine.labels, minlength=34).min() > 0
@@ -80,7 +93,9 @@ def test_zip_and_folder_give_the_same(tmp_path, data_dir, cmu):
     with zipfile.ZipFile(data_dir / "cmu_mocap.zip") as archive:
         for name in names:
             archive.extract(name, tmp_path)
-    (tmp_path / "mocap" / "pose_clip.csv").write_text("motion,action_type\n" + "".join(f"{n},Walk\n" for n in cmu.clip_names[:2]))
+    (tmp_path / "mocap" / "pose_clip.csv").write_text(
+        "motion,action_type\n" + "".join(f"{n},Walk\n" for n in cmu.clip_names[:2])
+    )
     folder = load_cmu(tmp_path)
     assert all(np.array_equal(a, b) for a, b in zip(folder.joints, cmu.joints[:2], strict=True))
 
@@ -111,10 +126,16 @@ def test_chosen_subjects_leave_every_action_and_depend_on_the_seed_alone(humanac
     [
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(joints=20))}, r"A0101\.npy.*24, 3"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip() * np.nan)}, r"A0101\.npy.*finite"),
-        ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=0))}, r"A0101\.npy.*no frames"),
+        (
+            {"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=0))},
+            r"A0101\.npy.*no frames",
+        ),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=1))}, r"A0101\.npy.*1 frame"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": b"not numpy"}, r"A0101\.npy.*no readable"),
-        ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())[:-100]}, r"A0101\.npy.*no readable"),
+        (
+            {"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())[:-100]},
+            r"A0101\.npy.*no readable",
+        ),
         ({"HumanAct12/walk.npy": npy(clip())}, r"walk\.npy.*action code"),
         ({"HumanAct12/P01G01R01F0001T0064A9901.npy": npy(clip())}, r"A9901\.npy.*action code"),
         ({"readme.txt": b"hello"}, r"holds no"),
@@ -129,7 +150,9 @@ def test_pickled_arrays_are_refused(tmp_path):
     stream = io.BytesIO()
     np.save(stream, np.array([{"a": 1}], dtype=object), allow_pickle=True)
     with pytest.raises(InputError, match="no readable"):
-        load_humanact12(write_zip(tmp_path / "h.zip", {"P01G01R01F0001T0064A0101.npy": stream.getvalue()}))
+        load_humanact12(
+            write_zip(tmp_path / "h.zip", {"P01G01R01F0001T0064A0101.npy": stream.getvalue()})
+        )
 
 
 @pytest.mark.parametrize(
@@ -184,7 +207,10 @@ def test_windows_reach_the_first_and_the_last_frame_of_a_clip():
     starts = set()
     for seed in range(60):
         window = sampler.windows(np.array([0]), np.random.default_rng(seed))[0]
-        errors = [np.abs(window - (dataset.joints[0][s : s + 40] - dataset.joints[0][s, 0])).max() for s in range(4)]
+        errors = [
+            np.abs(window - (dataset.joints[0][s : s + 40] - dataset.joints[0][s, 0])).max()
+            for s in range(4)
+        ]
         starts.add(int(np.argmin(errors)))
     assert starts == {0, 1, 2, 3}
 

@@ -27,7 +27,8 @@ NEAREST = {"head_top": "head", "left_heel": "left_ankle", "right_heel": "right_a
 
 @pytest.fixture(scope="module")
 def real(data_dir):
-    """HumanAct12 clips as VIBE writes poses: (T, 49, 3) in the camera's axes, around the person's own pelvis."""
+    """HumanAct12 clips as VIBE writes poses: (T, 49, 3) in the camera's axes, around the person's
+    own pelvis."""
     source = load_dataset("humanact12", data_dir)
     clips = []
     for joints in source.joints[:6]:
@@ -40,7 +41,12 @@ def real(data_dir):
 
 def track(poses):
     """A track as VIBE's demo writes it (arrays that are not needed included)."""
-    return {"pred_cam": np.zeros((len(poses), 3), np.float32), "joints2d": None, "joints3d": poses, "frame_ids": np.arange(len(poses))}
+    return {
+        "pred_cam": np.zeros((len(poses), 3), np.float32),
+        "joints2d": None,
+        "joints3d": poses,
+        "frame_ids": np.arange(len(poses)),
+    }
 
 
 def write(folder, files):
@@ -56,19 +62,29 @@ def write(folder, files):
 
 @pytest.fixture
 def folder(tmp_path, real):
-    names = [f"S001C001P00{1 + i % 2}R001A{action:03d}.pkl" for i, action in enumerate((6, 22, 102))]
-    files = {name: {1: track(poses), 2: track(poses[:3])} for name, poses in zip(names, real, strict=False)}
+    names = [
+        f"S001C001P00{1 + i % 2}R001A{action:03d}.pkl" for i, action in enumerate((6, 22, 102))
+    ]
+    files = {
+        name: {1: track(poses), 2: track(poses[:3])}
+        for name, poses in zip(names, real, strict=False)
+    }
     return write(tmp_path / "ntu", files | {"S001C001P003R001A006.pkl": {2: track(real[3])}})
 
 
 def test_the_published_layout_loads(folder, real):
     dataset = load_dataset("ntu_vibe", folder)
     assert len(dataset.actions) == 13
-    assert [dataset.actions[label] for label in dataset.labels] == ["pickup", "cheer up", "side kick"]
+    assert [dataset.actions[label] for label in dataset.labels] == [
+        "pickup",
+        "cheer up",
+        "side kick",
+    ]
     assert dataset.subjects == ("P001", "P002", "P001")
     assert "1 files without a track 1" in dataset.notes[0]
     native = dataset.joints[0] * np.float32(dataset.frame.signs)
-    # the root is the middle of the hips (VIBE 8), the nose (VIBE 0) takes its place; heels and top of the head at the end
+    # the root is the middle of the hips (VIBE 8), the nose (VIBE 0) takes its place; heels and top
+    # of the head at the end
     for ours, theirs in ((0, 8), (8, 0), (1, 1), (15, 21), (16, 24), (17, 38)):
         assert np.array_equal(native[:, ours], real[0][:, theirs])
 
@@ -76,8 +92,18 @@ def test_the_published_layout_loads(folder, real):
 def test_people_stand_upright(folder):
     dataset = load_dataset("ntu_vibe", folder)
     for joints in dataset.joints:
-        assert np.median(joints[:, NTU_VIBE.index("head_top"), 1] - joints[:, NTU_VIBE.index("left_heel"), 1]) > 1
-        assert np.median(joints[:, NTU_VIBE.index("left_hip"), 0] - joints[:, NTU_VIBE.index("right_hip"), 0]) > 0
+        assert (
+            np.median(
+                joints[:, NTU_VIBE.index("head_top"), 1] - joints[:, NTU_VIBE.index("left_heel"), 1]
+            )
+            > 1
+        )
+        assert (
+            np.median(
+                joints[:, NTU_VIBE.index("left_hip"), 0] - joints[:, NTU_VIBE.index("right_hip"), 0]
+            )
+            > 0
+        )
 
 
 def test_the_authors_classifier_takes_them(folder, data_dir):
@@ -105,7 +131,18 @@ def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
             poses = tracks[1]["joints3d"]
             poses += 0.03 * np.sin(np.arange(len(poses)) / 5).astype(np.float32)[:, None, None]
             joblib.dump(tracks, path)
-    arguments = ["train", "motion", "--dataset", "ntu_vibe", "--data", str(folder), "--out", str(tmp_path / "run"), "--iterations", "1"]
+    arguments = [
+        "train",
+        "motion",
+        "--dataset",
+        "ntu_vibe",
+        "--data",
+        str(folder),
+        "--out",
+        str(tmp_path / "run"),
+        "--iterations",
+        "1",
+    ]
     assert main([*arguments, "--vae.decoder", "glmi-r"]) == 2
     assert "ntu_vibe has no root trajectory, which 'glmi-r' infers" in capsys.readouterr().err
     assert main(["data", "ntu_vibe", "--data", str(folder)]) == 0
@@ -118,7 +155,10 @@ def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda poses: {1: track(poses[:, :24])}, r"A006\.pkl: joints have shape \(\d+, 24, 3\); expected \(frames, 49, 3\)"),
+        (
+            lambda poses: {1: track(poses[:, :24])},
+            r"A006\.pkl: joints have shape \(\d+, 24, 3\); expected \(frames, 49, 3\)",
+        ),
         (lambda poses: {1: track(poses * np.nan)}, r"A006\.pkl: .*finite"),
         (lambda poses: {1: track(poses[:0])}, r"A006\.pkl: .*no frames"),
         (lambda poses: {1: track(poses[:1])}, r"A006\.pkl: .*1 frame"),
@@ -231,7 +271,9 @@ def test_a_small_file_cannot_claim_a_huge_array():
     data = joblib_bytes(np.zeros((5, 49, 3), np.float32))
     small, huge = b"K\x05K1K\x03", b"J\xff\xff\xff\x7fK1K\x03"
     assert small in data
-    with pytest.raises(InputError, match="damaged"):  # the frame's length no longer fits, or the array is cut off
+    with pytest.raises(
+        InputError, match="damaged"
+    ):  # the frame's length no longer fits, or the array is cut off
         read_arrays_pickle(data.replace(small, huge), "x")
     plain = pickle.dumps(np.zeros((5, 49, 3), np.float32), protocol=2)
     assert small in plain

@@ -9,7 +9,14 @@ from scipy import linalg
 from a2v.errors import InputError
 from a2v.lab.datasets import ClipSampler, load_dataset
 from a2v.lab.evaluation.classifier import load_evaluator
-from a2v.lab.evaluation.metrics import accuracy, confidence_interval, diversity, fid, frechet_distance, multimodality
+from a2v.lab.evaluation.metrics import (
+    accuracy,
+    confidence_interval,
+    diversity,
+    fid,
+    frechet_distance,
+    multimodality,
+)
 
 
 def test_fid_of_equal_sets_is_zero_and_of_a_shift_its_square():
@@ -20,7 +27,9 @@ def test_fid_of_equal_sets_is_zero_and_of_a_shift_its_square():
 
 def test_frechet_distance_agrees_with_the_matrix_square_root():
     rng = np.random.default_rng(1)
-    a, b = (np.cov(rng.normal(size=(200, 8)) @ rng.normal(size=(8, 8)), rowvar=False) for _ in range(2))
+    a, b = (
+        np.cov(rng.normal(size=(200, 8)) @ rng.normal(size=(8, 8)), rowvar=False) for _ in range(2)
+    )
     m, n = rng.normal(size=(2, 8))
     expected = ((m - n) ** 2).sum() + np.trace(a + b - 2 * linalg.sqrtm(a @ b).real)
     assert frechet_distance((m, a), (n, b)) == pytest.approx(expected, rel=1e-8)
@@ -29,7 +38,9 @@ def test_frechet_distance_agrees_with_the_matrix_square_root():
 def test_frechet_distance_of_singular_covariances_is_finite():
     flat = np.zeros((30, 30))
     flat[0, 0] = 4
-    assert frechet_distance((np.zeros(30), flat), (np.zeros(30), np.zeros((30, 30)))) == pytest.approx(4)
+    assert frechet_distance(
+        (np.zeros(30), flat), (np.zeros(30), np.zeros((30, 30)))
+    ) == pytest.approx(4)
 
 
 def test_diversity_and_multimodality():
@@ -61,10 +72,14 @@ def test_authors_classifiers_reproduce_the_real_rows(data_dir, name, file, expec
     dataset = load_dataset(name, data_dir)
     evaluator = load_evaluator(data_dir / "evaluators" / f"action_recognition_model_{file}.tar")
     rng = np.random.default_rng(0)
-    sampler, signs = ClipSampler(dataset, dataset.length), np.asarray(dataset.frame.signs, dtype=np.float32)
+    sampler, signs = (
+        ClipSampler(dataset, dataset.length),
+        np.asarray(dataset.frame.signs, dtype=np.float32),
+    )
     results = []
     for _ in range(2):
-        # FID of two draws of N clips falls as 1/N; the papers' three rows are those of 2,000 clips (docs/research/evaluation.md)
+        # FID of two draws of N clips falls as 1/N; the papers' three rows are those of 2,000 clips
+        # (docs/research/evaluation.md)
         motions, labels, _ = sampler.batch(2000, rng)
         results.append((*evaluator(motions * signs, state="random", generator=rng), labels))
     (a, predicted, labels), (b, _, _) = results

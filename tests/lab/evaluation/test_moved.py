@@ -14,11 +14,24 @@ from a2v.body.face import EYES, teeth
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase, open_moved_case
-from a2v.lab.evaluation.moved.measures import MovedSettings, compare_moved, move, of_other_parts, outer_faces, torn_share
+from a2v.lab.evaluation.moved.measures import (
+    MovedSettings,
+    compare_moved,
+    move,
+    of_other_parts,
+    outer_faces,
+    torn_share,
+)
 from a2v.lab.evaluation.moved.panels import MOVED_PANELS
 from a2v.lab.evaluation.moved.sheets import moved_rows
 from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
-from a2v.lab.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, rig_bone, rig_transforms, shape_body
+from a2v.lab.studio.makehuman.hm08 import (
+    RIG_BONES,
+    RIG_PARENTS,
+    rig_bone,
+    rig_transforms,
+    shape_body,
+)
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
 from a2v.lab.studio.ordinary import ORDINARY, arm_reaching, draw_ordinary
 from a2v.lab.studio.stand import prepare_avatar
@@ -34,11 +47,19 @@ QUICK = MovedSettings(points=2000, colored=500, size=64)
 
 
 def test_photos_are_pinned_and_nobody_in_them_is_trained_on() -> None:
-    assert {name: len(pins) for name, pins in MOVED_PANELS.items()} == {"development": 20, "final": 20}
+    assert {name: len(pins) for name, pins in MOVED_PANELS.items()} == {
+        "development": 20,
+        "final": 20,
+    }
     every = [pin for pins in MOVED_PANELS.values() for pin in pins]
     assert len({pin.index for pin in every}) == len(every)
-    assert {split_of(pin.avatar) for pin in every if pin.avatar not in NAMED_PEOPLE} == {"validation"}
-    people = {name: {pin.avatar.rpartition("_")[0] for pin in pins if pin.avatar not in NAMED_PEOPLE} for name, pins in MOVED_PANELS.items()}
+    assert {split_of(pin.avatar) for pin in every if pin.avatar not in NAMED_PEOPLE} == {
+        "validation"
+    }
+    people = {
+        name: {pin.avatar.rpartition("_")[0] for pin in pins if pin.avatar not in NAMED_PEOPLE}
+        for name, pins in MOVED_PANELS.items()
+    }
     assert people == {"development": set(VALIDATION_IDENTITIES), "final": set(REPORT_IDENTITIES)}
     looks = [pin.avatar for pin in every if pin.avatar in NAMED_PEOPLE]
     assert len(set(looks)) == len(looks)
@@ -53,7 +74,8 @@ def rest_body() -> Body:
 
 
 def test_carried_joints_are_the_truths_where_the_body_is_the_truth(rest_body: Body) -> None:
-    """A body whose own skeleton is the truth's comes to stand exactly in every pose of the truth."""
+    """A body whose own skeleton is the truth's comes to stand exactly in every pose of the
+    truth."""
     shaped, generator = shape_body({}), np.random.default_rng(0)
     rest = rig_transforms(shaped.heads).astype(np.float64)
     turns = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
@@ -64,13 +86,21 @@ def test_carried_joints_are_the_truths_where_the_body_is_the_truth(rest_body: Bo
         if parent >= 0:
             heads[bone] = heads[parent] + turns[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3])
     made = carried(rest_body, RIG_BONES, shaped.heads, turns[None])[0]
-    own = {rig_bone(name): made[bone, :3, 3] for bone, name in reversed(list(enumerate(rest_body.bone_names)))}
-    # limbs, seen from their first joint: what lies above, of several bones in one, is placed by the body
+    own = {
+        rig_bone(name): made[bone, :3, 3]
+        for bone, name in reversed(list(enumerate(rest_body.bone_names)))
+    }
+    # limbs, seen from their first joint: what lies above, of several bones in one, is placed by the
+    # body
     for side in ("Left", "Right"):
         for start, *others in (("Arm", "ForeArm", "Hand"), ("UpLeg", "Leg", "Foot")):
             first, mine = RIG_BONES.index(side + start), own[side + start]
             for name in others:
-                np.testing.assert_allclose(own[side + name] - mine, heads[RIG_BONES.index(side + name)] - heads[first], atol=2e-4)
+                np.testing.assert_allclose(
+                    own[side + name] - mine,
+                    heads[RIG_BONES.index(side + name)] - heads[first],
+                    atol=2e-4,
+                )
 
 
 def test_torn_area_is_of_long_stretched_triangles() -> None:
@@ -86,13 +116,19 @@ def test_torn_area_is_of_long_stretched_triangles() -> None:
 
 
 def test_colors_of_other_parts_are_those_that_the_truth_has_elsewhere() -> None:
-    """A hand's colour on the belly counts; the belly's own, and a shade that nothing has, do not."""
+    """A hand's colour on the belly counts; the belly's own, and a shade that nothing has, do
+    not."""
     generator = np.random.default_rng(0)
-    belly, hand = generator.uniform(0, 0.2, (400, 3)), generator.uniform(0, 0.1, (200, 3)) + np.array([0.6, 0, 0])
+    belly, hand = (
+        generator.uniform(0, 0.2, (400, 3)),
+        generator.uniform(0, 0.1, (200, 3)) + np.array([0.6, 0, 0]),
+    )
     cloth, skin, odd = [30.0, 20.0, -40.0], [60.0, 20.0, 20.0], [90.0, -60.0, 60.0]
     truth = np.concatenate([np.tile(cloth, (400, 1)), np.tile(skin, (200, 1))])
     mine = belly[:90]
-    colors = np.concatenate([np.tile(cloth, (30, 1)), np.tile(skin, (30, 1)), np.tile(odd, (30, 1))])
+    colors = np.concatenate(
+        [np.tile(cloth, (30, 1)), np.tile(skin, (30, 1)), np.tile(odd, (30, 1))]
+    )
     wrong = of_other_parts(mine, colors, np.concatenate([belly, hand]), truth)
     assert wrong.tolist() == [False] * 30 + [True] * 30 + [False] * 30
 
@@ -101,8 +137,18 @@ def test_the_mouth_from_within_is_no_part_of_what_is_seen(rest_body: Body) -> No
     mesh = topology()
     vertices = mesh.refined(with_teeth(rest_body)[1])
     seen = np.zeros(len(mesh.faces), bool)
-    seen[outer_faces(Surface(vertices=vertices.astype(np.float32), faces=mesh.faces.astype(np.int32), colors=np.zeros(vertices.shape, np.float32)))] = True
-    of_teeth = ((mesh.faces >= EYES.stop) & (mesh.faces < mesh.first + len(teeth().vertices))).all(axis=1)
+    seen[
+        outer_faces(
+            Surface(
+                vertices=vertices.astype(np.float32),
+                faces=mesh.faces.astype(np.int32),
+                colors=np.zeros(vertices.shape, np.float32),
+            )
+        )
+    ] = True
+    of_teeth = ((mesh.faces >= EYES.stop) & (mesh.faces < mesh.first + len(teeth().vertices))).all(
+        axis=1
+    )
     assert of_teeth.sum() > 100
     assert seen[of_teeth].mean() < 0.05
     assert seen[mesh.skin[mesh.faces].all(axis=1)].mean() > 0.9
@@ -112,7 +158,9 @@ def test_the_mouth_from_within_is_no_part_of_what_is_seen(rest_body: Body) -> No
 def case(data_dir: Path) -> MovedCase:
     if not (data_dir / "avatars" / f"{AVATAR}.glb").is_file():
         pytest.skip(f"real data not present: {data_dir / 'avatars'} has no {AVATAR}")
-    return open_moved_case(next(pin for pin in MOVED_PANELS["development"] if pin.avatar == AVATAR), data_dir)
+    return open_moved_case(
+        next(pin for pin in MOVED_PANELS["development"] if pin.avatar == AVATAR), data_dir
+    )
 
 
 def test_hands_reach_where_they_should(data_dir: Path) -> None:
@@ -127,24 +175,35 @@ def test_hands_reach_where_they_should(data_dir: Path) -> None:
     for name in ORDINARY:
         first, again = (draw_ordinary(name, avatar, np.random.default_rng(3)) for _ in range(2))
         assert first[1] == again[1]
-        assert all(np.isfinite(first[0][bone]).all() and np.array_equal(first[0][bone], again[0][bone]) for bone in first[0])
+        assert all(
+            np.isfinite(first[0][bone]).all() and np.array_equal(first[0][bone], again[0][bone])
+            for bone in first[0]
+        )
 
 
 def test_the_truth_stands_on_the_ground_in_every_pose(case: MovedCase) -> None:
     assert case.vertices.shape == (len(POSES), len(case.surface.vertices), 3)
     np.testing.assert_allclose(case.vertices[:, :, 1].min(axis=1), 0, atol=1e-5)
-    np.testing.assert_allclose(case.turns[0], np.tile(np.eye(3), (len(case.bones), 1, 1)), atol=1e-5)
+    np.testing.assert_allclose(
+        case.turns[0], np.tile(np.eye(3), (len(case.bones), 1, 1)), atol=1e-5
+    )
     assert np.ptp(case.vertices[0][:, 0]) > 1.3  # T
-    assert min(np.abs(case.vertices[pose] - case.vertices[0]).max() for pose in range(1, len(POSES))) > 0.3
+    assert (
+        min(np.abs(case.vertices[pose] - case.vertices[0]).max() for pose in range(1, len(POSES)))
+        > 0.3
+    )
 
 
 def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> None:
-    """The bare body of another person is within centimetres of the truth, and nothing of it is torn."""
+    """The bare body of another person is within centimetres of the truth, and nothing of it is
+    torn."""
     first = dataclasses.replace(case, vertices=case.vertices[:2], turns=case.turns[:2])
     character = skin_of(rest_body)
     subject, camera = subject_of(rest_body)  # its crop is its whole photo
     tall = np.ptp(case.vertices[0][:, 1]) / np.ptp(rest_body.vertices[:, 1])
-    camera = dataclasses.replace(camera, scale=float(case.camera.scale * tall))  # as a fit to this photo would have it
+    camera = dataclasses.replace(
+        camera, scale=float(case.camera.scale * tall)
+    )  # as a fit to this photo would have it
     moved = move(first, character, camera, subject, QUICK)
     scores = compare_moved(first, moved, QUICK)
     assert list(scores) == list(POSES[:2])
@@ -155,7 +214,9 @@ def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> 
     assert rows.shape == (96, 48 * 5, 3)
     outcome = MovedOutcome(case.name, case.index, case.stance, "body", scores, len(rest_body.faces))
     assert "| body | 1 of 1 |" in moved_table([outcome])
-    assert case.name in photo_table([outcome, MovedOutcome("nobody", 1, "sides", "body", failure="no person")])
+    assert case.name in photo_table(
+        [outcome, MovedOutcome("nobody", 1, "sides", "body", failure="no person")]
+    )
 
 
 def test_wrong_options_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from a2v import InputError, Motion
-from a2v.lab.evaluation.physics import bone_variation, foot_skating, foot_slide, ground_distance, jitter, physics_metrics
+from a2v.lab.evaluation.physics import (
+    bone_variation,
+    foot_skating,
+    foot_slide,
+    ground_distance,
+    jitter,
+    physics_metrics,
+)
 
 
 def feet(speed: float, height: float, frames: int = 21, fps: float = 20.0) -> np.ndarray:
@@ -53,11 +60,28 @@ def test_metrics_of_a_motion() -> None:
     metrics = physics_metrics(motion, feet=(2,))
     assert metrics.skating == 1.0
     assert metrics.slide == pytest.approx(50.0, rel=1e-4)
-    names = {"skating", "penetration", "floating", "slide", "contact_slide", "contact_fast", "jitter", "bone_variation"}
+    names = {
+        "skating",
+        "penetration",
+        "floating",
+        "slide",
+        "contact_slide",
+        "contact_fast",
+        "jitter",
+        "bone_variation",
+    }
     assert set(metrics.as_dict()) == names
     assert metrics.contact_slide == pytest.approx(1.0, rel=1e-4)  # 5 cm per frame at 20 fps, m/s
     assert metrics.contact_fast == 1.0
     with pytest.raises(InputError, match="foot"):
         physics_metrics(
-            Motion(**{**{f: getattr(motion, f) for f in ("joints", "rotations", "root", "fps", "parents")}, "joint_names": ("a", "b", "c")})
+            Motion(
+                **{
+                    **{
+                        f: getattr(motion, f)
+                        for f in ("joints", "rotations", "root", "fps", "parents")
+                    },
+                    "joint_names": ("a", "b", "c"),
+                }
+            )
         )

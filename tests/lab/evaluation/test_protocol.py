@@ -41,12 +41,16 @@ def setting():
 
 
 def still(dataset):
-    return lambda labels, lengths, generator: np.zeros((len(labels), dataset.length, 20, 3), np.float32)
+    return lambda labels, lengths, generator: np.zeros(
+        (len(labels), dataset.length, 20, 3), np.float32
+    )
 
 
 def test_real_motions_score_best_and_collapse_is_seen(setting):
     dataset, evaluator = setting
-    scores = evaluate({"copies": recorded(dataset), "still": still(dataset)}, dataset, evaluator, SETTINGS)
+    scores = evaluate(
+        {"copies": recorded(dataset), "still": still(dataset)}, dataset, evaluator, SETTINGS
+    )
     table = {row.name: row.summary() for row in scores}
     assert list(table) == ["Real motions", "copies", "still"]
     assert table["still"]["fid"][0] > 5 * table["copies"]["fid"][0]
@@ -66,10 +70,17 @@ def test_the_seed_reproduces_the_table_and_uniform_labels_are_uniform(setting):
 
     lopsided = dataset.subset([0, 2, 4, 6, 8, 10, 1])
     for labels in ("data", "uniform"):
-        evaluate({"x": record}, lopsided, evaluator, EvaluationSettings(clips=60, repeats=2, state="zeros", labels=labels))
+        evaluate(
+            {"x": record},
+            lopsided,
+            evaluator,
+            EvaluationSettings(clips=60, repeats=2, state="zeros", labels=labels),
+        )
     share = [np.mean(np.concatenate(part) == 1) for part in (seen[:2], seen[2:])]
     assert share[0] < 0.3 < share[1]
-    first, second = (evaluate({"copies": recorded(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2))
+    first, second = (
+        evaluate({"copies": recorded(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2)
+    )
     assert [row.values for row in first] == [row.values for row in second]
 
 
@@ -87,13 +98,29 @@ def test_a_row_does_not_depend_on_the_others_and_known_rows_are_kept(setting):
 
     known = scores_from_dict(json.loads(json.dumps(scores_as_dict(alone))))
     assert list(known.values()) == alone
-    again = evaluate({"copies": models["copies"], "still": never}, dataset, evaluator, SETTINGS, known=known, on_row=shown.append)
+    again = evaluate(
+        {"copies": models["copies"], "still": never},
+        dataset,
+        evaluator,
+        SETTINGS,
+        known=known,
+        on_row=shown.append,
+    )
     assert [row.name for row in shown[2:]] == ["copies"]
     assert again == both
-    tables = evaluate_actions({"still": never}, dataset, evaluator, ["slow"], SETTINGS, rows=ActionRows({"slow": known}))
+    tables = evaluate_actions(
+        {"still": never}, dataset, evaluator, ["slow"], SETTINGS, rows=ActionRows({"slow": known})
+    )
     assert tables["slow"] == alone
     kept = []
-    tables = evaluate_actions(models, dataset, evaluator, ["slow"], SETTINGS, rows=ActionRows({"slow": known}, lambda *row: kept.append(row)))
+    tables = evaluate_actions(
+        models,
+        dataset,
+        evaluator,
+        ["slow"],
+        SETTINGS,
+        rows=ActionRows({"slow": known}, lambda *row: kept.append(row)),
+    )
     assert kept == [("slow", row) for row in tables["slow"] if row.name == "copies"]
 
 
@@ -112,12 +139,19 @@ def test_recordings_of_the_wanted_actions_are_drawn(setting):
     labels = np.array([1, 0, 1, 1])
     motions = recorded(dataset)(labels, dataset.clip_bone_lengths[:4], np.random.default_rng(0))
     starts = {
-        label: [j[s : s + 20] - j[s, 0] for j in np.array(dataset.joints)[dataset.labels == label] for s in range(11)] for label in (0, 1)
+        label: [
+            j[s : s + 20] - j[s, 0]
+            for j in np.array(dataset.joints)[dataset.labels == label]
+            for s in range(11)
+        ]
+        for label in (0, 1)
     }
     for label, motion in zip(labels, motions, strict=True):
         assert min(np.abs(motion - start).max() for start in starts[label]) < 1e-5
     with pytest.raises(InputError, match="no clip of 'fast'"):
-        recorded(dataset.subset([0, 2]))(labels, dataset.clip_bone_lengths[:4], np.random.default_rng(0))
+        recorded(dataset.subset([0, 2]))(
+            labels, dataset.clip_bone_lengths[:4], np.random.default_rng(0)
+        )
 
 
 def test_single_actions_are_compared_with_themselves_alone(setting):
@@ -130,15 +164,25 @@ def test_single_actions_are_compared_with_themselves_alone(setting):
 
     for labels in ("data", "uniform"):
         tables = evaluate_actions(
-            {"x": record}, dataset, evaluator, ["fast", "slow"], EvaluationSettings(clips=60, repeats=1, labels=labels)
+            {"x": record},
+            dataset,
+            evaluator,
+            ["fast", "slow"],
+            EvaluationSettings(clips=60, repeats=1, labels=labels),
         )
     assert list(tables) == ["fast", "slow"]
     assert seen == [{1}, {0}, {1}, {0}]
-    other = {"other arm": lambda labels, lengths, generator: recorded(dataset)(1 - labels, lengths, generator)}
+    other = {
+        "other arm": lambda labels, lengths, generator: recorded(dataset)(
+            1 - labels, lengths, generator
+        )
+    }
     wrong = evaluate_actions(other, dataset, evaluator, ["slow"], SETTINGS)["slow"]
     assert min(wrong[1].values["fid"]) > 3 * max(wrong[0].values["fid"])
     table = action_table(tables)
-    assert table.count("\n") == 4  # two lines of head, real motions, real ones drawn alike, x; no line ends the table
+    assert (
+        table.count("\n") == 4
+    )  # two lines of head, real motions, real ones drawn alike, x; no line ends the table
     assert "fast FID↓ | fast Accuracy↑ | fast Diversity→ | slow FID↓" in table
     assert "±" not in table  # one repeat has no interval
     with pytest.raises(InputError, match=r"no action 'fly'; it has slow, fast"):
@@ -147,7 +191,9 @@ def test_single_actions_are_compared_with_themselves_alone(setting):
 
 def test_physics_are_in_metres_and_beside_real_data(setting):
     dataset, evaluator = setting
-    half = dataclasses.replace(dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0)))
+    half = dataclasses.replace(
+        dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
+    )
     whole, scaled = (evaluate({"still": still(d)}, d, evaluator, SETTINGS) for d in (dataset, half))
     assert whole[0].physics.jitter > 0 == whole[1].physics.jitter
     assert scaled[0].physics.jitter == pytest.approx(0.5 * whole[0].physics.jitter, rel=1e-3)
@@ -180,7 +226,9 @@ def test_families_are_asked_for_like_random_clips_of_theirs():
         whole, actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]), joints=tuple(x.astype(np.float32) for x in turned),
         length=20,
     )  # fmt: skip
-    coarse = dataclasses.replace(whole, actions=("jump", "walk"), labels=np.array([1, 1, 1, 1, 1, 1, 0, 1]))
+    coarse = dataclasses.replace(
+        whole, actions=("jump", "walk"), labels=np.array([1, 1, 1, 1, 1, 1, 0, 1])
+    )
     asked = []
 
     class Noted:
@@ -196,14 +244,25 @@ def test_families_are_asked_for_like_random_clips_of_theirs():
     assert made.shape == (600, 20, 20, 3)
     labels, active, headings = (np.concatenate(part) for part in zip(*asked, strict=True))
     assert set(labels[::2]) == {2}  # the family "jump" has one action
-    assert np.mean(labels[1::2] == 1) == pytest.approx(1 / 7, abs=0.05)  # "march" has one of the seven clips of "walk"
-    known = {(int(label), length / 20): joints for label, length, joints in zip(fine.labels, lengths, fine.joints, strict=True)}
-    for label, share, heading in zip(labels.tolist(), active.tolist(), headings.tolist(), strict=True):
-        ahead = first_heading(known[label, share][None], fine.skeleton)[0]  # of the clip that is as long
+    assert np.mean(labels[1::2] == 1) == pytest.approx(
+        1 / 7, abs=0.05
+    )  # "march" has one of the seven clips of "walk"
+    known = {
+        (int(label), length / 20): joints
+        for label, length, joints in zip(fine.labels, lengths, fine.joints, strict=True)
+    }
+    for label, share, heading in zip(
+        labels.tolist(), active.tolist(), headings.tolist(), strict=True
+    ):
+        ahead = first_heading(known[label, share][None], fine.skeleton)[
+            0
+        ]  # of the clip that is as long
         assert np.cos(heading) == pytest.approx(ahead[0], abs=1e-5)
         assert np.sin(heading) == pytest.approx(ahead[1], abs=1e-5)
     with pytest.raises(InputError, match="no clips of 'fly'"):
-        generator_of_families(Noted(), fine, dataclasses.replace(coarse, actions=("jump", "walk", "fly")), 20)
+        generator_of_families(
+            Noted(), fine, dataclasses.replace(coarse, actions=("jump", "walk", "fly")), 20
+        )
 
 
 def test_a_model_faces_and_lasts_as_it_is_told():
@@ -212,7 +271,12 @@ def test_a_model_faces_and_lasts_as_it_is_told():
     headings = np.array([0, 1, 2, 3, -1, -2.0])
     active = np.full(6, 0.3)
     made = model.generate_like_data(
-        labels, np.tile(model.bone_lengths, (6, 1)), 100, np.random.default_rng(0), active=active, headings=headings
+        labels,
+        np.tile(model.bone_lengths, (6, 1)),
+        100,
+        np.random.default_rng(0),
+        active=active,
+        headings=headings,
     )
     ahead = first_heading(made, model.skeleton)
     away = np.angle(np.exp(1j * (np.arctan2(ahead[:, 1], ahead[:, 0]) - headings)))

@@ -42,7 +42,9 @@ def test_actions_are_scored_beside_their_recordings() -> None:
     one = data.motion(0)
 
     def make(action: str, seed: int) -> Motion:
-        own = data.joints[int(np.flatnonzero(data.labels == data.actions.index(action))[seed % 2])] * np.float32(data.frame.metres_per_unit)
+        own = data.joints[
+            int(np.flatnonzero(data.labels == data.actions.index(action))[seed % 2])
+        ] * np.float32(data.frame.metres_per_unit)
         return clip(own, data.skeleton, data.fps)
 
     scores = score_standing(make, data, clips=2, seconds=one.frames / data.fps)
@@ -59,7 +61,16 @@ def test_actions_are_scored_beside_their_recordings() -> None:
 
 def test_copies_are_no_second_recording() -> None:
     data = waving()
-    same: ActionDataset = dataclasses.replace(data, joints=tuple(data.joints[0] for _ in data.joints), labels=np.zeros(len(data), np.int64))
-    scores = score_standing(lambda action, seed: clip(data.joints[seed], data.skeleton, data.fps), same, clips=2, seconds=1.0)
+    same: ActionDataset = dataclasses.replace(
+        data,
+        joints=tuple(data.joints[0] for _ in data.joints),
+        labels=np.zeros(len(data), np.int64),
+    )
+    scores = score_standing(
+        lambda action, seed: clip(data.joints[seed], data.skeleton, data.fps),
+        same,
+        clips=2,
+        seconds=1.0,
+    )
     assert scores[0].recordings == 1
     assert scores[0].spread is None

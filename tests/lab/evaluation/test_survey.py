@@ -1,4 +1,5 @@
-"""User studies: what the page tells and hides, the answers of a real browser, and percentages counted by hand."""
+"""User studies: what the page tells and hides, the answers of a real browser, and percentages
+counted by hand."""
 
 from __future__ import annotations
 
@@ -18,13 +19,23 @@ from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key
 from pipelines.cli import main
 from tests.support.motions import person
 
-CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
+CHROMIUM = next(
+    (
+        path
+        for name in ("chromium", "chromium-browser", "google-chrome")
+        if (path := shutil.which(name))
+    ),
+    None,
+)
 
 
 def sources(names=(REAL, "ours", "theirs"), actions=("walk", "jump"), clips=2):
     made = {}
     for i, name in enumerate(names):
-        made[name] = {action: [person(frames=4 + j, step=0.05 * (i + 1)) for j in range(clips)] for action in actions}
+        made[name] = {
+            action: [person(frames=4 + j, step=0.05 * (i + 1)) for j in range(clips)]
+            for action in actions
+        }
     return made
 
 
@@ -66,16 +77,26 @@ def test_the_plan_is_balanced_and_shuffled():
     ranked = [question for question in survey.questions if question["kind"] == "preference"]
     assert len(ranked) == 40
     assert {question["action"] for question in ranked} == {"walk", "jump"}
-    assert all(sorted(survey.sources[name] for name in question["clips"]) == ["ours", REAL, "theirs"] for question in ranked)
+    assert all(
+        sorted(survey.sources[name] for name in question["clips"]) == ["ours", REAL, "theirs"]
+        for question in ranked
+    )
     first = [survey.sources[question["clips"][0]] for question in ranked]
     assert all(first.count(name) >= 5 for name in (REAL, "ours", "theirs"))
-    owners = [survey.sources[question["clips"][0]] for question in survey.questions if question["kind"] == "real"]
+    owners = [
+        survey.sources[question["clips"][0]]
+        for question in survey.questions
+        if question["kind"] == "real"
+    ]
     assert (owners.count(REAL), owners.count("ours"), owners.count("theirs")) == (20, 10, 10)
     kinds = [question["kind"] for question in survey.questions]
     assert kinds != sorted(kinds)
     assert [question["id"] for question in survey.questions] == [f"q{i + 1}" for i in range(80)]
     assert len(survey.clips) == 40 * 3 + 40
-    again, other = (plan_survey(sources(), SurveySettings(preference=40, real_or_fake=40, seed=seed)) for seed in (3, 4))
+    again, other = (
+        plan_survey(sources(), SurveySettings(preference=40, real_or_fake=40, seed=seed))
+        for seed in (3, 4)
+    )
     assert again.id == survey.id != other.id
 
 
@@ -91,7 +112,11 @@ def test_the_page_holds_its_clips_and_nothing_that_tells_their_sources(study):
     assert "https:" not in text
     assert data["questions"] == key["questions"]
     assert data["id"] == key["survey"]
-    assert set(data["videos"]) == set(key["clips"]) == {name for question in data["questions"] for name in question["clips"]}
+    assert (
+        set(data["videos"])
+        == set(key["clips"])
+        == {name for question in data["questions"] for name in question["clips"]}
+    )
     for video in data["videos"].values():
         head, body = video.split(",", 1)
         assert head == "data:video/mp4;base64"
@@ -142,9 +167,14 @@ CLICKS = """<script>
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here to open the page with")
 def test_a_participant_in_a_browser(study, tmp_path):
-    """Every button of the page, in a real browser; its file of answers is what the analysis takes."""
+    """Every button of the page, in a real browser; its file of answers is what the analysis
+    takes."""
     path, _, key = study
-    text = path.read_text(encoding="utf-8").replace("<script>", DRIVER + "<script>", 1).replace("</body>", CLICKS + "</body>")
+    text = (
+        path.read_text(encoding="utf-8")
+        .replace("<script>", DRIVER + "<script>", 1)
+        .replace("</body>", CLICKS + "</body>")
+    )
     (tmp_path / "driven.html").write_text(text, encoding="utf-8")
     command = [
         CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
@@ -160,7 +190,9 @@ def test_a_participant_in_a_browser(study, tmp_path):
     assert re.fullmatch(r"answers-[0-9a-f]{16}\.json", content["name"])
     (tmp_path / "answers.json").write_text(content["text"], encoding="utf-8")
     answers = read_answers(tmp_path / "answers.json", key)
-    assert {answer["question"] for answer in answers["answers"]} == {question["id"] for question in key["questions"]}
+    assert {answer["question"] for answer in answers["answers"]} == {
+        question["id"] for question in key["questions"]
+    }
     result = analyse(key, [answers])
     assert sum(result.ranks["ours"]) == 3
     assert result.correct.total == 4
@@ -187,13 +219,53 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
     walk = person(frames=5)
     walk.save(tmp_path / "walk.npz")
     page = tmp_path / "s.html"
-    arguments = ["survey", "--model", "cmu", "--motions", f"theirs={tmp_path / 'walk.npz'}", "--action", "Walk", "--frames", "4"]
-    assert main([*arguments, "--preference", "1", "--real_or_fake", "0", "--size", "64", "--out", str(page)]) == 2
+    arguments = [
+        "survey",
+        "--model",
+        "cmu",
+        "--motions",
+        f"theirs={tmp_path / 'walk.npz'}",
+        "--action",
+        "Walk",
+        "--frames",
+        "4",
+    ]
+    assert (
+        main(
+            [
+                *arguments,
+                "--preference",
+                "1",
+                "--real_or_fake",
+                "0",
+                "--size",
+                "64",
+                "--out",
+                str(page),
+            ]
+        )
+        == 2
+    )
     assert "no action in common" in capsys.readouterr().err  # the file names no action
     import dataclasses
 
     dataclasses.replace(walk, action="walk").save(tmp_path / "walk.npz")
-    assert main([*arguments, "--preference", "1", "--real_or_fake", "0", "--size", "64", "--out", str(page)]) == 0
+    assert (
+        main(
+            [
+                *arguments,
+                "--preference",
+                "1",
+                "--real_or_fake",
+                "0",
+                "--size",
+                "64",
+                "--out",
+                str(page),
+            ]
+        )
+        == 0
+    )
     assert capsys.readouterr().out.splitlines() == [str(page), str(page.with_suffix(".key.json"))]
     key = read_key(page.with_suffix(".key.json"))
     assert {clip["source"] for clip in key["clips"].values()} == {"cmu", "theirs"}
@@ -201,12 +273,30 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
     files = []
     for i in range(3):
         given = [{"question": "q1", "ranking": order}]
-        content = {"format": "a2v-survey-answers/1", "survey": key["survey"], "participant": f"p{i}", "answers": given}
+        content = {
+            "format": "a2v-survey-answers/1",
+            "survey": key["survey"],
+            "participant": f"p{i}",
+            "answers": given,
+        }
         path = tmp_path / f"answers-{i}.json"
         path.write_text(json.dumps(content), encoding="utf-8")
         files.append(str(path))
     out = tmp_path / "result.md"
-    assert main(["survey", "--analyse", *files, "--key", str(page.with_suffix(".key.json")), "--out", str(out)]) == 0
+    assert (
+        main(
+            [
+                "survey",
+                "--analyse",
+                *files,
+                "--key",
+                str(page.with_suffix(".key.json")),
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
     assert "| cmu over theirs | 100.0 % [43.9, 100.0] |" in out.read_text(encoding="utf-8")
     assert json.loads(out.with_suffix(".json").read_text())["participants"] == 3
     assert main(["survey", "--analyse", files[0]]) == 2
@@ -216,7 +306,18 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
 @pytest.mark.parametrize("name", ["real", "Real", "cmu", ""])
 def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys, name):
     person(frames=4).save(tmp_path / "clips.npz")
-    words = ["--model", "cmu", "--motions", f"{name}={tmp_path / 'clips.npz'}", "--real_or_fake", "0", "--preference", "2", "--frames", "4"]
+    words = [
+        "--model",
+        "cmu",
+        "--motions",
+        f"{name}={tmp_path / 'clips.npz'}",
+        "--real_or_fake",
+        "0",
+        "--preference",
+        "2",
+        "--frames",
+        "4",
+    ]
     assert main(["survey", *words, "--out", str(tmp_path / "page.html")]) == 2
     assert "cannot name a source of motions" in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
@@ -234,7 +335,9 @@ def test_a_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bvh(path, clips.motion(index))
     data = tmp_path / "data"
-    settings = BaselineSettings(name="condgru", iterations=2, batch_size=4, width=0.1, threads=1, device="cpu")
+    settings = BaselineSettings(
+        name="condgru", iterations=2, batch_size=4, width=0.1, threads=1, device="cpu"
+    )
     train_baseline(load_dataset("bvh", data), tmp_path / "condgru", settings=settings)
     given = ["--model", str(tmp_path / "condgru" / "baseline.pt"), "--frames", "8"]
     asked = ["--dataset", "bvh", "--data", str(data)]

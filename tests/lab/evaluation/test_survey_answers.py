@@ -11,7 +11,14 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.lab.evaluation.survey import REAL
-from a2v.lab.evaluation.survey_answers import MAX_ANSWER_BYTES, analyse, read_answers, read_key, survey_table, wilson_interval
+from a2v.lab.evaluation.survey_answers import (
+    MAX_ANSWER_BYTES,
+    analyse,
+    read_answers,
+    read_key,
+    survey_table,
+    wilson_interval,
+)
 
 HAND_KEY = {
     "format": "a2v-survey-key/1",
@@ -30,7 +37,11 @@ HAND_KEY = {
 
 def answers(name="p1", **given):
     values = {"q1": ["r1", "a1", "b1"], "q2": ["a2", "r2", "b2"], "q3": True, "q4": True} | given
-    listed = [{"question": q, **({"real": v} if isinstance(v, bool) else {"ranking": v})} for q, v in values.items() if v is not None]
+    listed = [
+        {"question": q, **({"real": v} if isinstance(v, bool) else {"ranking": v})}
+        for q, v in values.items()
+        if v is not None
+    ]
     return {"format": "a2v-survey-answers/1", "survey": "s", "participant": name, "answers": listed}
 
 
@@ -41,7 +52,13 @@ def write(path, content):
 
 @pytest.mark.parametrize(
     ("successes", "total", "low", "high"),
-    [(8, 10, 0.490162, 0.943318), (0, 10, 0.0, 0.277533), (10, 10, 0.722467, 1.0), (50, 100, 0.403832, 0.596168), (1, 1, 0.206549, 1.0)],
+    [
+        (8, 10, 0.490162, 0.943318),
+        (0, 10, 0.0, 0.277533),
+        (10, 10, 0.722467, 1.0),
+        (50, 100, 0.403832, 0.596168),
+        (1, 1, 0.206549, 1.0),
+    ],
 )
 def test_wilson_intervals_of_tables(successes, total, low, high):
     assert wilson_interval(successes, total) == pytest.approx((low, high), abs=2e-6)
@@ -51,14 +68,21 @@ def test_wilson_intervals_cover():
     """The true share lies in about 95 % of the intervals."""
     rng = np.random.default_rng(0)
     for share in (0.1, 0.5, 0.8):
-        hits = [low <= share <= high for low, high in (wilson_interval(int(k), 40) for k in rng.binomial(40, share, 2000))]
+        hits = [
+            low <= share <= high
+            for low, high in (wilson_interval(int(k), 40) for k in rng.binomial(40, share, 2000))
+        ]
         assert 0.93 < np.mean(hits) < 0.98
     with pytest.raises(InputError, match="no share"):
         wilson_interval(3, 2)
 
 
 def test_percentages_counted_by_hand():
-    people = [answers("p1"), answers("p2", q1=["a1", "r1", "b1"], q3=False, q4=None), answers("p3", q2=None, q3=True, q4=False)]
+    people = [
+        answers("p1"),
+        answers("p2", q1=["a1", "r1", "b1"], q3=False, q4=None),
+        answers("p3", q2=None, q3=True, q4=False),
+    ]
     result = analyse(HAND_KEY, people)
     # five rankings: R A B, A R B, A R B, A R B, R A B
     assert result.participants == 3
@@ -77,7 +101,12 @@ def test_percentages_counted_by_hand():
     assert "| A | 66.7 % [20.8, 93.9] | 3 |" in table
     assert "40.0 % [11.8, 76.9] of 5" in table
     assert json.loads(json.dumps(result.as_dict()))["over"]["A over real"]["share"] == 0.6
-    assert math.isclose(sum(share.value for pair, share in result.over.items() if pair in {("A", REAL), (REAL, "A")}), 1)
+    assert math.isclose(
+        sum(
+            share.value for pair, share in result.over.items() if pair in {("A", REAL), (REAL, "A")}
+        ),
+        1,
+    )
 
 
 @pytest.mark.parametrize(
@@ -111,7 +140,11 @@ def test_bad_answers_are_named(tmp_path, content, words):
 
 
 def test_bad_keys_and_doubles_are_named(tmp_path):
-    for content in ({}, {"format": "a2v-survey-key/1", "survey": "s", "clips": {"a": {}}, "questions": []}, HAND_KEY | {"clips": {}}):
+    for content in (
+        {},
+        {"format": "a2v-survey-key/1", "survey": "s", "clips": {"a": {}}, "questions": []},
+        HAND_KEY | {"clips": {}},
+    ):
         with pytest.raises(InputError, match="no key of a survey"):
             read_key(write(tmp_path / "key.json", content))
     with pytest.raises(InputError, match="does not exist"):

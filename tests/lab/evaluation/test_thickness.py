@@ -35,7 +35,9 @@ def test_ways_through_solids_that_stand_apart() -> None:
     near, far = (trimesh.creation.box((0.5, 0.5, deep)) for deep in (0.2, 0.1))
     near.apply_translation([0.1, 0, 0.5])
     both = trimesh.util.concatenate([near, far])
-    pixels = np.array([[100.3, 100.7], [80.3, 100.7], [10.0, 10.0]])  # both, the far one alone, none
+    pixels = np.array(
+        [[100.3, 100.7], [80.3, 100.7], [10.0, 10.0]]
+    )  # both, the far one alone, none
     ways = longest_ways(np.asarray(both.vertices), np.asarray(both.faces), CAMERA, pixels)
     np.testing.assert_allclose(ways, [0.2, 0.1, 0], atol=1e-5)
 
@@ -45,9 +47,19 @@ def test_slabs_are_what_neither_width_nor_body_explains() -> None:
     size, scale = 400, 200.0
     camera = OrthographicCamera(scale=scale, center_u=size / 2, center_v=size - 20)
     vertices = body.vertices.astype(np.float32)
-    person = Surface(vertices=vertices, faces=body.faces.astype(np.int32), colors=np.full(vertices.shape, 0.5, np.float32))
-    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(-1, 2)
-    mask = (longest_ways(vertices.astype(float), body.faces, camera, pixels) > 0).reshape(size, size).astype(np.float32)
+    person = Surface(
+        vertices=vertices,
+        faces=body.faces.astype(np.int32),
+        colors=np.full(vertices.shape, 0.5, np.float32),
+    )
+    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(
+        -1, 2
+    )
+    mask = (
+        (longest_ways(vertices.astype(float), body.faces, camera, pixels) > 0)
+        .reshape(size, size)
+        .astype(np.float32)
+    )
     assert slab_share(person, body, camera, mask) < 0.005
     deep = vertices.copy()
     legs = deep[:, 1] < 0.75

@@ -15,7 +15,9 @@ from a2v.lab.evaluation.protocol import EvaluationSettings, evaluate, recorded
 from a2v.lab.evaluation.training import ClassifierSettings, held_out_accuracy, train_classifier
 from tests.support.motions import mirrored
 
-SETTINGS = ClassifierSettings(iterations=40, batch_size=16, learning_rate=1e-2, threads=1, device="cpu", log_every=10)
+SETTINGS = ClassifierSettings(
+    iterations=40, batch_size=16, learning_rate=1e-2, threads=1, device="cpu", log_every=10
+)
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,9 @@ def parts():
 def test_it_tells_clips_apart_that_it_has_not_seen(parts, tmp_path):
     training, unseen = parts
     rows = []
-    evaluator = train_classifier(training, tmp_path, held_out=unseen, settings=SETTINGS, on_log=rows.append)
+    evaluator = train_classifier(
+        training, tmp_path, held_out=unseen, settings=SETTINGS, on_log=rows.append
+    )
     assert rows[-1]["loss"] < 0.5 * rows[0]["loss"]
     assert rows[-1]["accuracy"] == held_out_accuracy(evaluator, unseen) > 0.9
     assert evaluator.info["held_out_accuracy"] == rows[-1]["accuracy"]
@@ -41,7 +45,10 @@ def test_the_protocol_takes_it_under_both_states(parts, tmp_path):
     evaluator = train_classifier(training, tmp_path, settings=SETTINGS)
     for state in ("zeros", "random"):
         settings = EvaluationSettings(clips=60, repeats=1, state=state)
-        scores = {row.name: row.values for row in evaluate({"again": recorded(training)}, training, evaluator, settings)}
+        scores = {
+            row.name: row.values
+            for row in evaluate({"again": recorded(training)}, training, evaluator, settings)
+        }
         assert scores["Real motions"]["accuracy"][0] > 0.9
         assert scores["again"]["fid"][0] < 1
 
@@ -54,8 +61,12 @@ def test_one_that_faces_forward_does_not_care_where_people_walked(parts, tmp_pat
     assert evaluator.facing is not None
     assert evaluator.facing.signs == training.frame.signs
     labels = np.arange(20) % 2
-    motions = recorded(training)(labels, np.zeros((20, 1), np.float32), np.random.default_rng(0)).astype(dtype)
-    turned = training.frame.flip(training.frame.flip(motions) @ yaw_to_rotmat(np.float64(2.1)).T.astype(dtype))
+    motions = recorded(training)(
+        labels, np.zeros((20, 1), np.float32), np.random.default_rng(0)
+    ).astype(dtype)
+    turned = training.frame.flip(
+        training.frame.flip(motions) @ yaw_to_rotmat(np.float64(2.1)).T.astype(dtype)
+    )
     assert not np.allclose(motions, turned, atol=0.1)
     assert np.allclose(evaluator(motions)[0], evaluator(turned)[0], atol=1e-4)
     plain = dataclasses.replace(evaluator, info={})
@@ -75,16 +86,24 @@ def test_a_killed_run_resumes_to_the_same_weights(parts, tmp_path):
             raise Killed
 
     with pytest.raises(Killed):
-        train_classifier(training, tmp_path / "parts", held_out=unseen, settings=SETTINGS, on_log=kill)
-    resumed = train_classifier(training, tmp_path / "parts", settings=dataclasses.replace(SETTINGS, log_every=7))
-    for (name, a), b in zip(whole.network.named_parameters(), resumed.network.parameters(), strict=True):
+        train_classifier(
+            training, tmp_path / "parts", held_out=unseen, settings=SETTINGS, on_log=kill
+        )
+    resumed = train_classifier(
+        training, tmp_path / "parts", settings=dataclasses.replace(SETTINGS, log_every=7)
+    )
+    for (name, a), b in zip(
+        whole.network.named_parameters(), resumed.network.parameters(), strict=True
+    ):
         assert torch.equal(a, b), name
 
 
 def test_the_seed_decides_the_weights(parts, tmp_path):
     short = dataclasses.replace(SETTINGS, iterations=2)
     runs = [
-        train_classifier(parts[0], tmp_path / str(i), settings=dataclasses.replace(short, seed=seed)).network.linear2.weight
+        train_classifier(
+            parts[0], tmp_path / str(i), settings=dataclasses.replace(short, seed=seed)
+        ).network.linear2.weight
         for i, seed in enumerate((3, 3, 4))
     ]
     assert torch.equal(runs[0], runs[1])
@@ -110,7 +129,9 @@ def test_it_sees_the_native_frame(parts, tmp_path):
     """What it learns from is what the protocol shows it: HumanAct12's y points down."""
     signs = np.float32([1, -1, -1])
     world = dataclasses.replace(parts[0], frame=NativeFrame(signs=(1.0, -1.0, -1.0)))
-    native = dataclasses.replace(parts[0], joints=tuple(joints * signs for joints in parts[0].joints))
+    native = dataclasses.replace(
+        parts[0], joints=tuple(joints * signs for joints in parts[0].joints)
+    )
     short = dataclasses.replace(SETTINGS, iterations=3)
     first, second, plain = (
         train_classifier(dataset, tmp_path / name, settings=short).network.linear1.weight

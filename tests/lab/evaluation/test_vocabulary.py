@@ -41,7 +41,9 @@ def test_every_action_has_its_row():
     rows = score_actions(recorded(dataset), dataset, evaluator, clips=6)
     assert [(row.action, row.clips) for row in rows] == [("slow", 10), ("fast", 10)]
     assert all(row.nearest < row.takes for row in rows)  # recorded windows lie among the recorded
-    assert sum(row.accuracy for row in rows) == pytest.approx(1)  # untrained: it sees one action everywhere
+    assert sum(row.accuracy for row in rows) == pytest.approx(
+        1
+    )  # untrained: it sees one action everywhere
     assert rows == score_actions(recorded(dataset), dataset, evaluator, clips=6)
     table = vocabulary_table(rows)
     assert "| slow | 10 |" in table

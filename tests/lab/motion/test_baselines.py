@@ -1,4 +1,5 @@
-"""The papers' baselines: they learn, resume exactly, sample by seed, and files of anything else are refused."""
+"""The papers' baselines: they learn, resume exactly, sample by seed, and files of anything else are
+refused."""
 
 from __future__ import annotations
 
@@ -12,10 +13,18 @@ from a2v.errors import InputError
 from a2v.lab.motion.baselines import NAMES
 from a2v.lab.motion.baselines.base import Sizes, layers, wasserstein_round
 from a2v.lab.motion.baselines.cond_gru import CondGRU
-from a2v.lab.motion.baselines.training import FILE, KINDS, BaselineSettings, load_baseline, train_baseline
+from a2v.lab.motion.baselines.training import (
+    FILE,
+    KINDS,
+    BaselineSettings,
+    load_baseline,
+    train_baseline,
+)
 from tests.support.motions import waving
 
-SETTINGS = BaselineSettings(iterations=6, batch_size=4, width=0.1, threads=1, device="cpu", log_every=1)
+SETTINGS = BaselineSettings(
+    iterations=6, batch_size=4, width=0.1, threads=1, device="cpu", log_every=1
+)
 
 
 def first_poses(dataset, count):
@@ -38,11 +47,16 @@ def test_a_killed_run_resumes_to_the_same_weights_and_samples_by_seed(tmp_path, 
     with pytest.raises(Killed):
         train_baseline(dataset, tmp_path / "parts", settings=settings, on_log=kill)
     parts = train_baseline(dataset, tmp_path / "parts", settings=settings)
-    for (key, a), b in zip(whole.model.state_dict().items(), parts.model.state_dict().values(), strict=True):
+    for (key, a), b in zip(
+        whole.model.state_dict().items(), parts.model.state_dict().values(), strict=True
+    ):
         assert torch.equal(a, b), key
 
     labels = np.array([0, 1, 1])
-    first, again, other = (whole.generate(labels, first_poses(dataset, 3), np.random.default_rng(seed)) for seed in (1, 1, 2))
+    first, again, other = (
+        whole.generate(labels, first_poses(dataset, 3), np.random.default_rng(seed))
+        for seed in (1, 1, 2)
+    )
     assert first.shape == (3, dataset.length, 20, 3)
     assert np.isfinite(first).all()
     assert np.abs(first[:, 0, 0]).max() < 1e-6
@@ -52,7 +66,9 @@ def test_a_killed_run_resumes_to_the_same_weights_and_samples_by_seed(tmp_path, 
 
 def test_condgru_begins_with_the_real_pose_and_its_error_falls(tmp_path):
     dataset, rows = waving(), []
-    settings = dataclasses.replace(SETTINGS, iterations=60, learning_rate=3e-3, log_every=10, width=0.5)
+    settings = dataclasses.replace(
+        SETTINGS, iterations=60, learning_rate=3e-3, log_every=10, width=0.5
+    )
     trained = train_baseline(dataset, tmp_path, settings=settings, on_log=rows.append)
     assert rows[-1]["loss"] < 0.3 * rows[0]["loss"]
     first = first_poses(dataset, 2)
@@ -71,14 +87,17 @@ def test_following_step_by_step_is_the_roll_out():
 
 def test_the_snippets_error_falls(tmp_path):
     rows = []
-    settings = dataclasses.replace(SETTINGS, name="dancing2music", iterations=80, learning_rate=3e-3, log_every=8)
+    settings = dataclasses.replace(
+        SETTINGS, name="dancing2music", iterations=80, learning_rate=3e-3, log_every=8
+    )
     train_baseline(waving(), tmp_path, settings=settings, on_log=rows.append)
     assert rows[5]["generator"] < 0.8 * rows[0]["generator"]  # the last row of the first stage
     assert rows[5]["discriminator"] == 0 < rows[-1]["discriminator"]
 
 
 def test_a_critic_and_its_generator():
-    """One dimension: the critic tells real from made, samples move to the real ones, and each step leaves the other network alone."""
+    """One dimension: the critic tells real from made, samples move to the real ones, and each step
+    leaves the other network alone."""
     torch.manual_seed(0)
     draws = torch.Generator().manual_seed(0)
     generator, critic = layers(1, 16, 1), layers(1, 16, 1)
@@ -90,7 +109,9 @@ def test_a_critic_and_its_generator():
         before = [weight.clone() for weight in other.parameters()]
         weights = list(module.parameters())
         optimizer.zero_grad(set_to_none=True)
-        for weight, gradient in zip(weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True):
+        for weight, gradient in zip(
+            weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True
+        ):
             weight.grad = gradient
         optimizer.step()
         assert all(torch.equal(a, b) for a, b in zip(before, other.parameters(), strict=True))
@@ -101,7 +122,13 @@ def test_a_critic_and_its_generator():
     before = float(generator(noise).mean())
     for _ in range(10):
         wasserstein_round(
-            lambda count: generator(torch.randn(count, 1, generator=draws)), generator, critic, real, real[:, :0], improve, draws
+            lambda count: generator(torch.randn(count, 1, generator=draws)),
+            generator,
+            critic,
+            real,
+            real[:, :0],
+            improve,
+            draws,
         )
     made = generator(noise)
     assert float(critic(real).mean()) > float(critic(made).mean())
@@ -121,7 +148,9 @@ def test_what_is_no_baseline_is_refused(tmp_path):
         dataclasses.replace(SETTINGS, name="vae")
     train_baseline(waving(), tmp_path, settings=SETTINGS)
     content = torch.load(tmp_path / FILE, weights_only=True)
-    torch.save(content | {"baseline": content["baseline"] | {"name": "other"}}, tmp_path / "other.pt")
+    torch.save(
+        content | {"baseline": content["baseline"] | {"name": "other"}}, tmp_path / "other.pt"
+    )
     torch.save(content | {"model": {}}, tmp_path / "empty.pt")
     (tmp_path / "text.pt").write_text("no checkpoint")
     for name, words in {

@@ -34,7 +34,9 @@ def data():
 
 @pytest.fixture(scope="module")
 def codec(data):
-    return WindowCodec.fit(data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300)
+    return WindowCodec.fit(
+        data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300
+    )
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +56,16 @@ def test_features_do_not_depend_on_bone_lengths(data):
     joints = data.joints[0][:20] - data.joints[0][0, 0]
     root = joints[:, :1]
     larger = (joints - root) * 1.3 + root
-    assert np.allclose(window_features(joints, data.skeleton), window_features(larger, data.skeleton), atol=1e-5)
+    assert np.allclose(
+        window_features(joints, data.skeleton), window_features(larger, data.skeleton), atol=1e-5
+    )
 
 
 def test_the_code_is_a_whitened_projection():
     rng = np.random.default_rng(0)
-    features = (rng.normal(size=(500, 6)) * np.array([5, 3, 1, 0.5, 0.1, 0.01])) @ np.linalg.qr(rng.normal(size=(40, 6)))[0].T + 7
+    features = (rng.normal(size=(500, 6)) * np.array([5, 3, 1, 0.5, 0.1, 0.01])) @ np.linalg.qr(
+        rng.normal(size=(40, 6))
+    )[0].T + 7
     for size in (6, 20):  # the Krylov and the dense solver
         code = LinearCode.fit(features.astype(np.float32), size)
         assert np.allclose(code.basis @ code.basis.T, np.eye(size), atol=1e-4)
@@ -70,7 +76,8 @@ def test_the_code_is_a_whitened_projection():
 
 
 def test_the_foot_metric_is_the_sum_of_squares_it_states():
-    """Beside the features', the squares of the feet's places and steps, found joint by joint along the path to the root."""
+    """Beside the features', the squares of the feet's places and steps, found joint by joint along
+    the path to the root."""
     rng = np.random.default_rng(0)
     skeleton, frames = CMU, 4
     lengths = rng.uniform(0.1, 0.5, skeleton.n_joints)
@@ -82,8 +89,12 @@ def test_the_foot_metric_is_the_sum_of_squares_it_states():
     feet = joints[:, list(skeleton.feet)] / lengths[1:].mean()
     expected = (features**2).sum() + 2 * (feet**2).sum() + 5 * (np.diff(feet, axis=0) ** 2).sum()
     flat = features.ravel()
-    assert flat @ foot_metric(skeleton, lengths, frames, place=2, step=5) @ flat == pytest.approx(expected)
-    assert np.array_equal(foot_metric(skeleton, lengths, frames, place=0, step=0), np.eye(flat.size))
+    assert flat @ foot_metric(skeleton, lengths, frames, place=2, step=5) @ flat == pytest.approx(
+        expected
+    )
+    assert np.array_equal(
+        foot_metric(skeleton, lengths, frames, place=0, step=0), np.eye(flat.size)
+    )
 
 
 def test_a_code_under_a_metric_is_the_best_in_it():
@@ -118,16 +129,26 @@ def test_the_flow_learns_to_make_the_data(data, tmp_path):
     n = 400
     zeros = torch.zeros(n)
     with torch.no_grad():
-        condition = model.network.condition(torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros)
+        condition = model.network.condition(
+            torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros
+        )
         without = model.network.condition(torch.full((n,), 2), zeros + 1, torch.zeros(n, 5), zeros)
         noise = torch.randn(n, 12, generator=torch.Generator().manual_seed(0))
-        made, pushed = (model.network.integrate(noise, condition, without, steps=8, guidance=g).numpy() for g in (1.0, 2.0))
+        made, pushed = (
+            model.network.integrate(noise, condition, without, steps=8, guidance=g).numpy()
+            for g in (1.0, 2.0)
+        )
     codes, labels, _, _ = WindowPool(data, model.codec).draw(600, np.random.default_rng(0))
     real, other = (codes.numpy()[labels.numpy() == label] for label in (1, 0))
-    distance = [np.linalg.norm(made[:, None] - set_[None], axis=-1).min(1).mean() for set_ in (real, other)]
+    distance = [
+        np.linalg.norm(made[:, None] - set_[None], axis=-1).min(1).mean() for set_ in (real, other)
+    ]
     assert distance[0] < 0.7 * distance[1]
     # guidance moves away from the other action
-    away = [np.linalg.norm(made_[:, None] - other[None], axis=-1).min(1).mean() for made_ in (made, pushed)]
+    away = [
+        np.linalg.norm(made_[:, None] - other[None], axis=-1).min(1).mean()
+        for made_ in (made, pushed)
+    ]
     assert away[1] > 1.05 * away[0]
 
 
@@ -135,14 +156,18 @@ def test_guidance_extrapolates_from_no_action():
     torch.manual_seed(0)
     network = FlowNetwork(3, SMALL)
     with torch.no_grad():
-        for parameter in network.parameters():  # the zeros that it starts from would hide the condition
+        for (
+            parameter
+        ) in network.parameters():  # the zeros that it starts from would hide the condition
             parameter.add_(torch.randn_like(parameter) * 0.1)
     point = torch.randn(4, 12)
     shape = (torch.ones(4), torch.zeros(4, 5), torch.zeros(4))
     known, without = (network.condition(torch.full((4,), label), *shape) for label in (1, 3))
 
     def pushed(at: torch.Tensor, time: float, guidance: float) -> torch.Tensor:
-        with_action, free = (network(at, torch.full((4,), time), condition) for condition in (known, without))
+        with_action, free = (
+            network(at, torch.full((4,), time), condition) for condition in (known, without)
+        )
         return free + guidance * (with_action - free)
 
     def stepped(guidance: float) -> torch.Tensor:
@@ -150,7 +175,11 @@ def test_guidance_extrapolates_from_no_action():
 
     assert not torch.allclose(stepped(1.0), stepped(2.5), atol=1e-3)
     for guidance in (0.0, 1.0, 2.5):
-        assert torch.allclose(network.integrate(point, known, without, steps=1, guidance=guidance), stepped(guidance), atol=1e-5)
+        assert torch.allclose(
+            network.integrate(point, known, without, steps=1, guidance=guidance),
+            stepped(guidance),
+            atol=1e-5,
+        )
 
 
 def test_the_integration_is_of_second_order():
@@ -167,7 +196,10 @@ def test_the_integration_is_of_second_order():
     noise = torch.linspace(-2, 2, 12).double()[None]
     exact = noise * np.exp(np.sin(3) / 3)
     nothing = torch.zeros(1, 32)
-    errors = [float((network.integrate(noise, nothing, nothing, steps=steps) - exact).abs().max()) for steps in (16, 32, 64)]
+    errors = [
+        float((network.integrate(noise, nothing, nothing, steps=steps) - exact).abs().max())
+        for steps in (16, 32, 64)
+    ]
     for coarse, fine in pairwise(errors):
         assert coarse / fine == pytest.approx(4, rel=0.15)
     calls.clear()
@@ -181,8 +213,11 @@ def test_guidance_ends_where_it_is_told_to():
     network.velocity = lambda point, by: rows.append(len(point)) or point  # type: ignore[method-assign,assignment]
     nothing = torch.zeros(1, 32)
     for until in (0.6, 1.0, 0.0):
-        network.integrate(torch.ones(1, 12), nothing, nothing, steps=5, guidance=3.0, guided_until=until)
-    # with and without the action: two rows; the first step has two evaluations; steps start at 0, .2, .4, .6, .8
+        network.integrate(
+            torch.ones(1, 12), nothing, nothing, steps=5, guidance=3.0, guided_until=until
+        )
+    # with and without the action: two rows; the first step has two evaluations; steps start at 0,
+    # .2, .4, .6, .8
     assert rows == [2, 2, 2, 2, 1, 1] + [2] * 6 + [1] * 6
 
 
@@ -191,12 +226,18 @@ class Killed(Exception):
 
 
 def test_half_precision_learns_like_full(data, tmp_path):
-    """The same draws, matrix products in bfloat16: the losses stay together, the weights stay float32."""
+    """The same draws, matrix products in bfloat16: the losses stay together, the weights stay
+    float32."""
     final = {}
     for half in (False, True):
         rows = []
         settings = dataclasses.replace(SMALL, iterations=150, half=half)
-        model = train_flow(data, tmp_path / str(half), settings=settings, on_log=lambda _, row, rows=rows: rows.append(row["loss"]))
+        model = train_flow(
+            data,
+            tmp_path / str(half),
+            settings=settings,
+            on_log=lambda _, row, rows=rows: rows.append(row["loss"]),
+        )
         final[half] = np.mean(rows[-5:])
         assert all(parameter.dtype == torch.float32 for parameter in model.network.parameters())
     assert final[True] == pytest.approx(final[False], rel=0.03)
@@ -219,28 +260,42 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
 
 
 def test_a_run_goes_on_under_another_code(data, tmp_path):
-    """Turned to a code that keeps feet better, the weights move the same noise to nearly the same windows."""
+    """Turned to a code that keeps feet better, the weights move the same noise to nearly the same
+    windows."""
     settings = dataclasses.replace(SMALL, iterations=200, foot_place=0.0, foot_step=0.0)
     first = train_flow(data, tmp_path / "first", settings=settings)
     assert np.array_equal(first.codec.window.basis, first.codec.window.encoder)
     initial = str(tmp_path / "first" / "flow.pt")
-    other = dataclasses.replace(SMALL, foot_step=4.0, iterations=1, learning_rate=1e-9, initial=initial)
+    other = dataclasses.replace(
+        SMALL, foot_step=4.0, iterations=1, learning_rate=1e-9, initial=initial
+    )
     second = train_flow(data, tmp_path / "second", settings=other)
-    untrained = train_flow(data, tmp_path / "third", settings=dataclasses.replace(other, initial=""))
+    untrained = train_flow(
+        data, tmp_path / "third", settings=dataclasses.replace(other, initial="")
+    )
     for name in ("mean", "basis"):
-        assert np.array_equal(getattr(first.codec.context, name), getattr(second.codec.context, name))
+        assert np.array_equal(
+            getattr(first.codec.context, name), getattr(second.codec.context, name)
+        )
 
     def windows(model: FlowModel, noise: torch.Tensor) -> np.ndarray:
         n, zeros = len(noise), torch.zeros(len(noise))
         with torch.no_grad():
-            condition = model.network.condition(torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros)
-            return model.codec.window.decode(model.network.integrate(noise, condition, condition, steps=8).numpy())
+            condition = model.network.condition(
+                torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros
+            )
+            return model.codec.window.decode(
+                model.network.integrate(noise, condition, condition, steps=8).numpy()
+            )
 
     turn = first.codec.window.rotation_to(second.codec.window)
     noise = torch.randn(50, 12, generator=torch.Generator().manual_seed(0))
     made = windows(first, noise)
     varied = np.linalg.norm(made - made.mean(0), axis=1).mean()
-    missed = [np.linalg.norm(windows(model, noise @ torch.from_numpy(turn)) - made, axis=1).mean() for model in (second, untrained)]
+    missed = [
+        np.linalg.norm(windows(model, noise @ torch.from_numpy(turn)) - made, axis=1).mean()
+        for model in (second, untrained)
+    ]
     assert missed[0] < 0.2 * varied < 0.5 * missed[1]
     with pytest.raises(InputError, match="other sizes"):
         train_flow(data, tmp_path / "fourth", settings=dataclasses.replace(other, width=16))
@@ -258,12 +313,21 @@ def test_onnx_equals_pytorch(exported, data):
             windows[:, -4:], rng.uniform(0.1, 0.4, (batch, 20)).astype(np.float32),
         )  # fmt: skip
         noise, labels, active, context, lengths = inputs
-        joints, rotations = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths, context=context)
+        joints, rotations = onnx_model.sampler.run(
+            labels, active=active, noise=noise, lengths=lengths, context=context
+        )
         with torch.no_grad():
-            expected = graph(*(torch.from_numpy(x) for x in (noise, labels, active, context, np.ones(batch, np.float32), lengths)))
+            expected = graph(
+                *(
+                    torch.from_numpy(x)
+                    for x in (noise, labels, active, context, np.ones(batch, np.float32), lengths)
+                )
+            )
         assert np.abs(joints - expected[0].numpy()).max() < 1e-4
         assert np.abs(rotations - expected[1].numpy()).max() < 1e-3
-        assert np.abs(bone_lengths(joints, data.skeleton)[..., 1:] - lengths[:, None, 1:]).max() < 1e-5
+        assert (
+            np.abs(bone_lengths(joints, data.skeleton)[..., 1:] - lengths[:, None, 1:]).max() < 1e-5
+        )
 
 
 def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
@@ -271,20 +335,37 @@ def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
     graph = WindowGraph(model, data, steps=3, guidance=GUIDANCE).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(3)
-    noise, lengths = rng.standard_normal((2, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (2, 20)).astype(np.float32)
+    noise, lengths = (
+        rng.standard_normal((2, 12), dtype=np.float32),
+        rng.uniform(0.1, 0.4, (2, 20)).astype(np.float32),
+    )
     wrist = data.skeleton.joint_names.index("left_wrist")
     rows, offset = onnx_model.sampler.reader(lengths[0]).joints(np.array([10, 19]), [wrist])
     wanted = rows @ rng.standard_normal(12) + offset  # where some other window has it
     steering = steer([SoftConstraint.of(rows, offset, wanted, 1e-4)])
     labels, active = np.array([0, 1]), np.ones(2, np.float32)
-    joints, _ = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths, steering=steering)
+    joints, _ = onnx_model.sampler.run(
+        labels, active=active, noise=noise, lengths=lengths, steering=steering
+    )
     with torch.no_grad():
-        arguments = (noise, labels, active, np.zeros((2, 4, 20, 3), np.float32), np.zeros(2, np.float32), lengths)
-        expected, _ = graph(*map(torch.from_numpy, (*arguments, steering.measure, steering.gain, steering.goal)))
+        arguments = (
+            noise,
+            labels,
+            active,
+            np.zeros((2, 4, 20, 3), np.float32),
+            np.zeros(2, np.float32),
+            lengths,
+        )
+        expected, _ = graph(
+            *map(torch.from_numpy, (*arguments, steering.measure, steering.gain, steering.goal))
+        )
     assert np.abs(joints - expected.numpy()).max() < 1e-4
     free, _ = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths)
     missed, before = (
-        np.linalg.norm(made[0, [10, 19], wrist] - made[0, [10, 19], 0] - wanted[:, 0], axis=-1).max() for made in (joints, free)
+        np.linalg.norm(
+            made[0, [10, 19], wrist] - made[0, [10, 19], 0] - wanted[:, 0], axis=-1
+        ).max()
+        for made in (joints, free)
     )
     assert missed < 0.3 * before
 
@@ -299,7 +380,9 @@ def test_windows_that_face_forward_are_continued_in_any_heading(data, tmp_path):
     context = data.joints[0][None, 10:14]
     turn = np.array([[np.cos(1.1), -np.sin(1.1)]])
     made = [
-        sampler.run(np.array([0]), active=np.ones(1), noise=noise, lengths=lengths, context=given)[0]
+        sampler.run(np.array([0]), active=np.ones(1), noise=noise, lengths=lengths, context=given)[
+            0
+        ]
         for given in (context, face_forward(context, turn))
     ]
     assert np.abs(face_forward(made[0].astype(np.float64), turn) - made[1]).max() < 1e-4
@@ -325,7 +408,8 @@ def test_traits_let_actions_share_what_they_learn(data):
 
 
 def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
-    """A wide network: a third of the float32 size, and still what PyTorch computes with the rounded weights."""
+    """A wide network: a third of the float32 size, and still what PyTorch computes with the rounded
+    weights."""
     torch.manual_seed(0)
     network = FlowNetwork(2, dataclasses.replace(SMALL, width=192))
     with torch.no_grad():
@@ -334,24 +418,46 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
     model = FlowModel(network.eval(), codec)
     before = [parameter.clone() for parameter in network.parameters()]
     with pytest.raises(InputError, match="temperature is 0"):
-        export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", sampling=Sampling(temperature=0.0))
-    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8))
+        export_flow(
+            model,
+            data,
+            tmp_path / "wide.onnx",
+            licence="Apache-2.0",
+            sampling=Sampling(temperature=0.0),
+        )
+    export_flow(
+        model,
+        data,
+        tmp_path / "wide.onnx",
+        licence="Apache-2.0",
+        sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8),
+    )
     size = 4 * sum(parameter.numel() for parameter in network.parameters())
     stored = (tmp_path / "wide.onnx").read_bytes()
     assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes
     assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
-    moved = [float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)]
+    moved = [
+        float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)
+    ]
     assert 1e-4 < max(moved) < 0.015
     graph = WindowGraph(model, data, steps=2, guidance=GUIDANCE, guided_until=0.5).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
-    noise, lengths = rng.standard_normal((3, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32)
+    noise, lengths = (
+        rng.standard_normal((3, 12), dtype=np.float32),
+        rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32),
+    )
     labels, active = np.array([0, 1, 1]), np.ones(3, np.float32)
-    joints, _ = MotionModel.load(tmp_path / "wide.onnx").sampler.run(labels, active=active, noise=noise, lengths=lengths)
+    joints, _ = MotionModel.load(tmp_path / "wide.onnx").sampler.run(
+        labels, active=active, noise=noise, lengths=lengths
+    )
     with torch.no_grad():
         nothing = torch.zeros(3, 4, 20, 3)
         expected, _ = graph(
-            *(torch.from_numpy(x) for x in (np.float32(0.8) * noise, labels, active)), nothing, torch.zeros(3), torch.from_numpy(lengths)
+            *(torch.from_numpy(x) for x in (np.float32(0.8) * noise, labels, active)),
+            nothing,
+            torch.zeros(3),
+            torch.from_numpy(lengths),
         )
     assert np.abs(joints - expected.numpy()).max() < 1e-4
 
@@ -361,7 +467,13 @@ def test_a_window_repeats_the_frames_it_continues(exported, data):
     rng = np.random.default_rng(2)
     context = data.joints[0][None, 10:14]
     lengths = data.clip_bone_lengths[:1]
-    joints, _ = model.sampler.run(np.array([0]), active=np.ones(1), noise=rng.standard_normal((1, 12)), lengths=lengths, context=context)
+    joints, _ = model.sampler.run(
+        np.array([0]),
+        active=np.ones(1),
+        noise=rng.standard_normal((1, 12)),
+        lengths=lengths,
+        context=context,
+    )
     assert np.abs(joints[:, :4] - (context - context[:, :1, :1])).max() < 2e-3
     step = np.linalg.norm(np.diff(joints[0], axis=0), axis=-1).max(axis=1)
     assert step[3] < 3 * np.median(step) + 0.02
@@ -376,7 +488,9 @@ def test_motions_of_any_length_without_jumps(exported, frames):
     if frames > 20:
         inside = np.delete(steps, np.arange(15, steps.shape[1], 16)[: steps.shape[1] // 16], axis=1)
         assert steps.max() < 2 * inside.max() + 1e-6
-    assert np.array_equal(motion.joints, model.sample("slow", frames=frames, count=2, seed=3).joints)
+    assert np.array_equal(
+        motion.joints, model.sample("slow", frames=frames, count=2, seed=3).joints
+    )
 
 
 def test_how_long_a_clip_moves_is_drawn_from_the_datas_lengths(exported):
@@ -388,7 +502,10 @@ def test_how_long_a_clip_moves_is_drawn_from_the_datas_lengths(exported):
     found, seen = np.unique(drawn, return_counts=True)
     np.testing.assert_array_equal(found, known)
     np.testing.assert_allclose(seen / 4000, counts / counts.sum(), atol=0.03)
-    assert model.sampler.drawn_shares(np.full(4000, label), noise, following=True).min() >= np.median(known) - 1e-6
+    assert (
+        model.sampler.drawn_shares(np.full(4000, label), noise, following=True).min()
+        >= np.median(known) - 1e-6
+    )
 
 
 def test_clips_of_a_batch_go_on_each_by_itself(exported):
@@ -400,7 +517,10 @@ def test_clips_of_a_batch_go_on_each_by_itself(exported):
 
 def test_a_transition_goes_on_from_the_first_action(exported):
     _, model = exported
-    one, two = model.sample("slow", frames=20, seed=1), model.sample(["slow", "fast"], frames=20, seed=1)
+    one, two = (
+        model.sample("slow", frames=20, seed=1),
+        model.sample(["slow", "fast"], frames=20, seed=1),
+    )
     assert np.abs(one.joints - one.joints[0, 0] - two.joints + two.joints[0, 0])[:10].max() < 1e-5
     assert np.abs(one.joints - two.joints)[10:].max() > 1e-3
 

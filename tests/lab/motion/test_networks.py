@@ -1,4 +1,5 @@
-"""The VAE: the paper's sizes, the parallel pass against the step loop, losses against closed forms."""
+"""The VAE: the paper's sizes, the parallel pass against the step loop, losses against closed
+forms."""
 
 from __future__ import annotations
 
@@ -17,7 +18,11 @@ from a2v.lab.motion.vae import MotionVAE, Reconstruction, States, shifted
 
 VARIANTS = [VAESettings(decoder=name) for name in DECODERS]
 VARIANTS += [VAESettings(decoder=name, roots="relative") for name in DECODERS]
-VARIANTS += [VAESettings(decoder=name, roots="relative", root_rotation=True) for name in DECODERS if name != "plain"]
+VARIANTS += [
+    VAESettings(decoder=name, roots="relative", root_rotation=True)
+    for name in DECODERS
+    if name != "plain"
+]
 VARIANTS += [VAESettings(decoder="lie", root_rotation=True)]
 """The four decoders, with and without what the journal adds."""
 
@@ -83,21 +88,30 @@ def test_the_parallel_pass_equals_a_loop_over_frames(settings, name):
         mean, logvar, prior = model.prior(context, states.prior)
         assert torch.allclose(mean[:, 0], parallel.prior_mean[:, t], atol=1e-12)
         assert torch.allclose(logvar[:, 0], parallel.prior_logvar[:, t], atol=1e-12)
-        outputs, generator = model.generator(torch.cat([context, latent[:, t : t + 1]], -1), states.generator)
+        outputs, generator = model.generator(
+            torch.cat([context, latent[:, t : t + 1]], -1), states.generator
+        )
         pose = model.pose_decoder(outputs, previous[:, t : t + 1], lengths, states.trajectory)
         assert torch.allclose(pose.joints[:, 0], parallel.pose.joints[:, t], atol=1e-12)
-        states = states._replace(prior=prior, generator=generator, trajectory=states.trajectory if pose.state is None else pose.state)
+        states = states._replace(
+            prior=prior,
+            generator=generator,
+            trajectory=states.trajectory if pose.state is None else pose.state,
+        )
 
 
 @every_variant
 def test_the_loop_is_a_fixed_point_of_the_parallel_pass(settings):
-    """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these poses again."""
+    """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these
+    poses again."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs())
     own = model.reconstruct(joints, actions, lengths, noise, torch.zeros(3, dtype=torch.bool))
     latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
-    again = model.decode(shifted(own.pose.joints), model.condition(actions, joints.shape[1]), latent, lengths)
+    again = model.decode(
+        shifted(own.pose.joints), model.condition(actions, joints.shape[1]), latent, lengths
+    )
     assert torch.allclose(again.joints, own.pose.joints, atol=1e-10)
 
 
@@ -108,10 +122,17 @@ def test_teacher_forcing_is_per_sequence(decoder):
     joints, actions, lengths, noise = (x.double() for x in inputs())
     teacher = torch.tensor([False, True, False])
     every = torch.ones(3, dtype=torch.bool)
-    mixed, forced, own = (model.reconstruct(joints, actions, lengths, noise, mask) for mask in (teacher, every, ~every))
+    mixed, forced, own = (
+        model.reconstruct(joints, actions, lengths, noise, mask)
+        for mask in (teacher, every, ~every)
+    )
     assert not torch.allclose(forced.pose.joints, own.pose.joints, atol=1e-4)
     for row, expected in zip(range(3), (own, forced, own), strict=True):
-        for a, b in zip((mixed.pose.joints, mixed.prior_mean), (expected.pose.joints, expected.prior_mean), strict=True):
+        for a, b in zip(
+            (mixed.pose.joints, mixed.prior_mean),
+            (expected.pose.joints, expected.prior_mean),
+            strict=True,
+        ):
             assert torch.allclose(a[row], b[row], atol=1e-10)
 
 
@@ -125,22 +146,33 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
     for t in range(joints.shape[1]):
         context = torch.cat([seen(previous, model), condition[:, t]], -1)[:, None]
         prior_mean, prior_logvar, prior = model.prior(context, states.prior)
-        outputs, generator = model.generator(torch.cat([context, latent[:, t : t + 1]], -1), states.generator)
+        outputs, generator = model.generator(
+            torch.cat([context, latent[:, t : t + 1]], -1), states.generator
+        )
         pose = model.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
         states = States(prior, generator, states.trajectory if pose.state is None else pose.state)
         poses.append(pose)
         before.append(previous)
         priors.append((prior_mean, prior_logvar))
         previous = torch.where(teacher[:, None, None], joints[:, t], pose.joints[:, 0])
-    velocity = None if poses[0].velocity is None else torch.cat([pose.velocity for pose in poses], 1)
+    velocity = (
+        None if poses[0].velocity is None else torch.cat([pose.velocity for pose in poses], 1)
+    )
     pose = Pose(torch.cat([pose.joints for pose in poses], 1), None, velocity, None)
-    return Reconstruction(pose, mean, logvar, *(torch.cat(parts, 1) for parts in zip(*priors, strict=True)), torch.stack(before, 1))
+    return Reconstruction(
+        pose,
+        mean,
+        logvar,
+        *(torch.cat(parts, 1) for parts in zip(*priors, strict=True)),
+        torch.stack(before, 1),
+    )
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
 @every_variant
 def test_gradients_flow_through_the_feedback(settings, name):
-    """All gradients of Eq. 12, some sequences fed their own poses, as autograd has them through a loop over frames."""
+    """All gradients of Eq. 12, some sequences fed their own poses, as autograd has them through a
+    loop over frames."""
     torch.manual_seed(0)
     skeleton = SKELETONS[name]
     model = MotionVAE(skeleton, 12, settings).double()
@@ -149,31 +181,43 @@ def test_gradients_flow_through_the_feedback(settings, name):
     gradients = []
     for reconstruct in (model.reconstruct, functools.partial(reconstruct_frame_by_frame, model)):
         model.zero_grad()
-        losses = vae_losses(reconstruct(joints, actions, lengths, noise, teacher), joints, roots=settings.roots)
+        losses = vae_losses(
+            reconstruct(joints, actions, lengths, noise, teacher), joints, roots=settings.roots
+        )
         (losses.reconstruction + 0.5 * losses.kl + 3 * losses.alignment).backward()
         gradients.append(
-            {key: parameter.grad.clone() for key, parameter in model.named_parameters()} | {"loss": losses.reconstruction.detach()}
+            {key: parameter.grad.clone() for key, parameter in model.named_parameters()}
+            | {"loss": losses.reconstruction.detach()}
         )
     ours, expected = gradients
     for key, value in expected.items():
         assert value.abs().max() > 0, key
-        assert torch.allclose(ours[key], value, rtol=1e-8, atol=1e-9 * float(value.abs().max())), key
+        assert torch.allclose(ours[key], value, rtol=1e-8, atol=1e-9 * float(value.abs().max())), (
+            key
+        )
 
 
 def test_the_feedbacks_gradient_is_a_difference_quotient():
-    """The derivative of the loss by a weight, through all 20 fed back poses, without any autograd beside it."""
+    """The derivative of the loss by a weight, through all 20 fed back poses, without any autograd
+    beside it."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings()).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(frames=20))
     teacher = torch.zeros(3, dtype=torch.bool)
 
     def loss() -> torch.Tensor:
-        return vae_losses(model.reconstruct(joints, actions, lengths, noise, teacher), joints, reconstruction="mse").reconstruction
+        return vae_losses(
+            model.reconstruct(joints, actions, lengths, noise, teacher),
+            joints,
+            reconstruction="mse",
+        ).reconstruction
 
     weight = model.generator.encoder.weight
     loss().backward()
     assert weight.grad is not None
-    place = divmod(int(weight.grad[:, 3:72].abs().argmax()), 69)  # a weight that sees the pose fed back
+    place = divmod(
+        int(weight.grad[:, 3:72].abs().argmax()), 69
+    )  # a weight that sees the pose fed back
     expected = weight.grad[place[0], place[1] + 3].item()
     values = []
     for sign in (1, -1):
@@ -193,8 +237,12 @@ def test_without_feedback_the_gradient_is_another_one():
     weight = model.generator.encoder.weight
     (fed,) = torch.autograd.grad(vae_losses(result, joints).reconstruction, weight)
     latent = (result.posterior_mean + torch.exp(0.5 * result.posterior_logvar) * noise).detach()
-    given = model.decode(shifted(result.pose.joints.detach()), model.condition(actions, 20), latent, lengths)
-    (alone,) = torch.autograd.grad(vae_losses(result._replace(pose=given), joints).reconstruction, weight)
+    given = model.decode(
+        shifted(result.pose.joints.detach()), model.condition(actions, 20), latent, lengths
+    )
+    (alone,) = torch.autograd.grad(
+        vae_losses(result._replace(pose=given), joints).reconstruction, weight
+    )
     assert (fed - alone).abs().max() > 0.05 * fed.abs().max()
 
 
@@ -210,16 +258,27 @@ def test_generated_bones_keep_their_lengths(decoder):
 
 @pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
 def test_the_body_turns_as_one_with_w0(decoder):
-    """Eq. 6 with j from 0: what W_0 turns keeps its shape, and nothing else of the pose depends on it."""
+    """Eq. 6 with j from 0: what W_0 turns keeps its shape, and nothing else of the pose depends on
+    it."""
     torch.manual_seed(0)
-    decode = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, root_rotation=True)).double().pose_decoder
+    decode = (
+        MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, root_rotation=True))
+        .double()
+        .pose_decoder
+    )
     lengths = inputs()[2].double()
-    outputs, previous = torch.randn(3, 2, decode.input_size).double(), torch.zeros(3, 2, 24, 3).double()
+    outputs, previous = (
+        torch.randn(3, 2, decode.input_size).double(),
+        torch.zeros(3, 2, 24, 3).double(),
+    )
     turned = torch.tensor([0.3, -0.5, 0.2], dtype=torch.float64)
     poses = []
     for vector in (torch.zeros(3, dtype=torch.float64), turned):
         with torch.no_grad():  # W_0 alone, the same for all
-            decode.lie_output.weight[-3:], decode.lie_output.bias[-3:] = 0, torch.atanh(vector / torch.pi)
+            decode.lie_output.weight[-3:], decode.lie_output.bias[-3:] = (
+                0,
+                torch.atanh(vector / torch.pi),
+            )
         poses.append(decode(outputs, previous, lengths).joints)
     still, moved = (pose - pose[:, :, :1] for pose in poses)
     assert torch.allclose(moved, still @ rotvec_to_rotmat(turned).T, atol=1e-12)
@@ -228,7 +287,8 @@ def test_the_body_turns_as_one_with_w0(decoder):
 
 @pytest.mark.parametrize("decoder", DECODERS)
 def test_relative_roots_do_not_know_where_the_body_is(decoder):
-    """Moved to another place, poses before are followed by the same ones there (absolute roots: by others)."""
+    """Moved to another place, poses before are followed by the same ones there (absolute roots: by
+    others)."""
     joints, actions, lengths, noise = (x.double() for x in inputs())
     away = torch.tensor([3.0, 0.5, -2.0], dtype=torch.float64)
     differences = []
@@ -236,7 +296,9 @@ def test_relative_roots_do_not_know_where_the_body_is(decoder):
         torch.manual_seed(0)
         model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, roots=roots)).double()
         condition = model.condition(actions, joints.shape[1])
-        here, there = (model.decode(joints + place, condition, noise, lengths).joints for place in (0, away))
+        here, there = (
+            model.decode(joints + place, condition, noise, lengths).joints for place in (0, away)
+        )
         differences.append((there - here - away).abs().max())
     assert differences[0] < 1e-10 < 0.01 < differences[1]
 
@@ -244,7 +306,9 @@ def test_relative_roots_do_not_know_where_the_body_is(decoder):
 def test_kl_agrees_with_torch():
     g = torch.Generator().manual_seed(0)
     m1, v1, m2, v2 = (torch.randn(5, 7, 30, generator=g) for _ in range(4))
-    expected = kl_divergence(Normal(m1, torch.exp(0.5 * v1)), Normal(m2, torch.exp(0.5 * v2))).sum(-1)
+    expected = kl_divergence(Normal(m1, torch.exp(0.5 * v1)), Normal(m2, torch.exp(0.5 * v2))).sum(
+        -1
+    )
     assert torch.allclose(gaussian_kl(m1, v1, m2, v2), expected, rtol=1e-4)
     assert torch.allclose(gaussian_kl(m1, v1, m1, v1), torch.zeros(5, 7), atol=1e-6)
 
@@ -254,11 +318,16 @@ def test_losses_against_closed_forms():
     model = MotionVAE(HUMANACT12, 12, VAESettings(decoder="glmi-m"))
     joints, actions, lengths, noise = inputs()
     result = model.reconstruct(joints, actions, lengths, noise)
-    moved = result._replace(pose=result.pose._replace(joints=joints + torch.tensor([0.03, 0.0, 0.04]), velocity=result.pose.velocity * 0))
+    moved = result._replace(
+        pose=result.pose._replace(
+            joints=joints + torch.tensor([0.03, 0.0, 0.04]), velocity=result.pose.velocity * 0
+        )
+    )
     norm, mse = (vae_losses(moved, joints, reconstruction=kind) for kind in ("norm", "mse"))
     assert norm.reconstruction.item() == pytest.approx(24 * 0.05, rel=1e-4)
     assert mse.reconstruction.item() == pytest.approx(0.05**2 / 3, rel=1e-4)
-    # all joints 5 cm off, the one before not: relative to the root nothing is wrong but the root's own way
+    # all joints 5 cm off, the one before not: relative to the root nothing is wrong but the root's
+    # own way
     away = vae_losses(moved, joints, roots="relative")
     assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-3)
     steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)

@@ -15,13 +15,25 @@ from a2v.lab.runs import read_checkpoint
 from tests.support.motions import waving
 
 SMALL = VAESettings(hidden_size=16, latent_size=4)
-SETTINGS = TrainSettings(schedule="cosine", iterations=30, batch_size=8, learning_rate=5e-3, threads=1, device="cpu", log_every=5)
+SETTINGS = TrainSettings(
+    schedule="cosine",
+    iterations=30,
+    batch_size=8,
+    learning_rate=5e-3,
+    threads=1,
+    device="cpu",
+    log_every=5,
+)
 
 
 def test_the_loss_falls(tmp_path):
     rows = []
     train(
-        waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=60), on_log=lambda _, row: rows.append(dict(row))
+        waving(),
+        tmp_path,
+        vae=SMALL,
+        settings=dataclasses.replace(SETTINGS, iterations=60),
+        on_log=lambda _, row: rows.append(dict(row)),
     )
     assert rows[-1]["reconstruction"] < 0.5 * rows[0]["reconstruction"]
     assert rows[0]["kl_weight"] < rows[-1]["kl_weight"] == pytest.approx(0.01, rel=0.1)
@@ -52,7 +64,12 @@ def test_a_killed_run_resumes_to_the_same_weights(tmp_path, decoder):
 def test_resuming_with_other_settings_is_refused(tmp_path):
     train(waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=2))
     with pytest.raises(InputError, match=r"batch_size=8, not 4"):
-        train(waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=2, batch_size=4))
+        train(
+            waving(),
+            tmp_path,
+            vae=SMALL,
+            settings=dataclasses.replace(SETTINGS, iterations=2, batch_size=4),
+        )
 
 
 def test_glmi_needs_a_trajectory():
@@ -78,7 +95,9 @@ def test_rare_actions_are_learned_from_as_often_as_asked_for():
     data = waving()
     first = int(np.flatnonzero(data.labels == 0)[0])
     kept = np.array([first, *np.flatnonzero(data.labels == 1)])  # one clip of the first action
-    rare = dataclasses.replace(data, joints=[data.joints[index] for index in kept], labels=data.labels[kept])
+    rare = dataclasses.replace(
+        data, joints=[data.joints[index] for index in kept], labels=data.labels[kept]
+    )
     for balance in (0.0, 1.0):
         training = start(rare, SMALL, dataclasses.replace(SETTINGS, balance=balance))
         _, labels, _ = training.sampler.batch(4000, np.random.default_rng(0))

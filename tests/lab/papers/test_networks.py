@@ -53,13 +53,20 @@ def test_pifu_sees_and_answers_and_onnxruntime_gives_the_same(files, monkeypatch
     colors = tint["points"](both, cloud())
     assert colors.shape == (50, 3)
     assert ((colors >= 0) & (colors <= 1)).all()
-    first, second = Converted("geometry", files["geometry"], 64), Converted("color", files["color"], 64)
+    first, second = (
+        Converted("geometry", files["geometry"], 64),
+        Converted("color", files["color"], 64),
+    )
     found = first.run("features", image=asked.numpy())
     assert found == pytest.approx(features.numpy(), abs=1e-4)
     assert first.at(cloud().numpy(), features=found) == pytest.approx(chance.numpy(), abs=1e-5)
     assert second.features == both.shape[1]
-    assert second.run("features", image=asked.numpy()) == pytest.approx(both[:, 256:].numpy(), abs=1e-4)
-    assert second.at(cloud().numpy(), features=both.numpy()) == pytest.approx(colors.numpy(), abs=1e-5)
+    assert second.run("features", image=asked.numpy()) == pytest.approx(
+        both[:, 256:].numpy(), abs=1e-4
+    )
+    assert second.at(cloud().numpy(), features=both.numpy()) == pytest.approx(
+        colors.numpy(), abs=1e-5
+    )
 
 
 @torch.inference_mode()
@@ -80,8 +87,12 @@ def test_pifuhd_sees_and_answers_and_its_fine_level_counts(files, monkeypatch):
     given = {name: value.numpy() for name, value in {**asked, **sides}.items()}
     assert converted.run("front", image=given["image"]) == pytest.approx(given["front"], abs=1e-4)
     assert converted.run("coarse", **given) == pytest.approx(coarse.numpy(), abs=1e-4)
-    assert converted.run("fine", **given | {"image": image(128).numpy()}) == pytest.approx(fine.numpy(), abs=1e-4)
-    assert converted.at(cloud().numpy(), coarse=coarse.numpy(), fine=fine.numpy()) == pytest.approx(chance.numpy(), abs=1e-5)
+    assert converted.run("fine", **given | {"image": image(128).numpy()}) == pytest.approx(
+        fine.numpy(), abs=1e-4
+    )
+    assert converted.at(cloud().numpy(), coarse=coarse.numpy(), fine=fine.numpy()) == pytest.approx(
+        chance.numpy(), abs=1e-5
+    )
 
 
 def test_a_checkpoint_is_converted_once_and_anew_when_it_changes(files, monkeypatch, tmp_path):
@@ -117,7 +128,9 @@ class Trap:
 
 def test_what_is_another_file_is_refused(files, capsys):
     state, folder = pifu_geometry(stacks=1), files["folder"]
-    lacking = {name: value for name, value in state.items() if name != "image_filter.m0.b1_2.conv1.weight"}
+    lacking = {
+        name: value for name, value in state.items() if name != "image_filter.m0.b1_2.conv1.weight"
+    }
     reshaped = state | {"image_filter.bn1.weight": torch.ones(3)}
     more = state | {"image_filter.extra": torch.ones(3)}
     infinite = state | {"image_filter.bn1.weight": torch.full((64,), torch.nan)}

@@ -1,4 +1,5 @@
-"""PaMIR: the published layouts key by key, the volume of a posed body, and a checkpoint whose field is known."""
+"""PaMIR: the published layouts key by key, the volume of a posed body, and a checkpoint whose field
+is known."""
 
 from __future__ import annotations
 
@@ -13,7 +14,15 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed
 from a2v.lab.papers import PapersSettings, pamir, papers_surface
 from a2v.lab.papers.converted import Converted
-from a2v.lab.papers.pamir import DISTANCE, FOCAL, PIXELS, PamirGeometry, PamirTexture, _in_picture, in_volume
+from a2v.lab.papers.pamir import (
+    DISTANCE,
+    FOCAL,
+    PIXELS,
+    PamirGeometry,
+    PamirTexture,
+    _in_picture,
+    in_volume,
+)
 from a2v.lab.papers.pamir_person import FILL, PamirPerson, body_volume
 from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pamir_geometry, pamir_texture, saved
@@ -23,8 +32,12 @@ SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
 
 
 def body_alone():
-    """``pamir_net`` whose person is the body itself: its blurred volume passes all layers, and a threshold cuts it."""
-    state = {name: torch.zeros_like(value) if value.ndim > 1 else value for name, value in pamir_geometry(1, 1, 1, SMALL["widths"]).items()}
+    """``pamir_net`` whose person is the body itself: its blurred volume passes all layers, and a
+    threshold cuts it."""
+    state = {
+        name: torch.zeros_like(value) if value.ndim > 1 else value
+        for name, value in pamir_geometry(1, 1, 1, SMALL["widths"]).items()
+    }
     for name in ("conv1", "conv2"):  # each channel beside its negative: group norms then only scale
         weight = state[f"ve.{name}.weight"]
         for index in range(len(weight)):
@@ -69,7 +82,11 @@ def cloud(count=40):
 
 def test_the_published_layout_has_its_names():
     names = set(pamir_geometry())
-    assert {"hg.hourglass.3.low2.low2.low2.low2_.2.conv3.bias", "hg.Residual.11.bn2.weight", "hg.tmpOut_.2.weight"} <= names
+    assert {
+        "hg.hourglass.3.low2.low2.low2.low2_.2.conv3.bias",
+        "hg.Residual.11.bn2.weight",
+        "hg.tmpOut_.2.weight",
+    } <= names
     assert {"ve.r3.conv3.weight", "mlp.conv4.0.bias"} <= names
 
 
@@ -78,7 +95,10 @@ def test_onnxruntime_gives_what_the_networks_give(files, monkeypatch):
     monkeypatch.setenv("A2V_CACHE", str(files["folder"] / "small"))
     monkeypatch.setattr(pamir, "VOXELS", 32)
     draws = torch.Generator().manual_seed(1)
-    image, body = torch.rand(1, 3, 64, 64, generator=draws), torch.rand(1, 3, 32, 32, 32, generator=draws)
+    image, body = (
+        torch.rand(1, 3, 64, 64, generator=draws),
+        torch.rand(1, 3, 32, 32, 32, generator=draws),
+    )
     shape = {part.name: part.network.eval() for part in PamirGeometry(files["geometry"]).parts(64)}
     features, volume = shape["features"](image), shape["volume"](body)
     assert features.shape == (1, 256, 16, 16)
@@ -87,24 +107,34 @@ def test_onnxruntime_gives_what_the_networks_give(files, monkeypatch):
     assert chance.shape == (40,)
     assert float(chance.std()) > 0
     converted = Converted("pamir", files["geometry"], 64)
-    assert converted.run("features", image=image.numpy()) == pytest.approx(features.numpy(), abs=1e-4)
+    assert converted.run("features", image=image.numpy()) == pytest.approx(
+        features.numpy(), abs=1e-4
+    )
     assert converted.run("volume", body=body.numpy()) == pytest.approx(volume.numpy(), abs=1e-3)
-    assert converted.at(cloud().numpy(), features=features.numpy(), volume=volume.numpy()) == pytest.approx(chance.numpy(), abs=1e-5)
+    assert converted.at(
+        cloud().numpy(), features=features.numpy(), volume=volume.numpy()
+    ) == pytest.approx(chance.numpy(), abs=1e-5)
     tint = {part.name: part.network.eval() for part in PamirTexture(files["texture"]).parts(64)}
     both = torch.cat([tint["features"](image), features], 1)
     colors = tint["points"](both, volume, image, cloud())
     assert torch.allclose(colors, _in_picture(image, cloud())[0, :, :, 0].T, atol=1e-5)
     second = Converted("pamir-texture", files["texture"], 64)
     assert second.features == both.shape[1]
-    assert second.run("features", image=image.numpy()) == pytest.approx(both[:, :256].numpy(), abs=1e-4)
-    found = second.at(cloud().numpy(), features=both.numpy(), volume=volume.numpy(), image=image.numpy())
+    assert second.run("features", image=image.numpy()) == pytest.approx(
+        both[:, :256].numpy(), abs=1e-4
+    )
+    found = second.at(
+        cloud().numpy(), features=both.numpy(), volume=volume.numpy(), image=image.numpy()
+    )
     assert found == pytest.approx(colors.numpy(), abs=1e-5)
 
 
 def test_volumes_are_read_between_their_voxels():
     volume = torch.rand(1, 4, 8, 8, 8, generator=torch.Generator().manual_seed(2))
     points = 1.2 * cloud()
-    wanted = torch.nn.functional.grid_sample(volume, 2 * points[None, None, None], padding_mode="border", align_corners=False)
+    wanted = torch.nn.functional.grid_sample(
+        volume, 2 * points[None, None, None], padding_mode="border", align_corners=False
+    )
     assert torch.allclose(in_volume(volume, points)[0, :, :, 0], wanted[0, :, 0, 0], atol=1e-5)
 
 
@@ -123,19 +153,28 @@ def test_a_body_becomes_the_names_of_what_is_near():
 
 def test_the_networks_camera_sees_points_where_ours_does(person, files):
     subject, body, camera = person
-    seen = PamirPerson(subject, body, camera, geometry=files["geometry"], texture="", smpl=files["smpl"])
+    seen = PamirPerson(
+        subject, body, camera, geometry=files["geometry"], texture="", smpl=files["smpl"]
+    )
     points = body.vertices[::97]
     places = seen.place(points).astype(np.float64)
     frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
     pixels = PIXELS / 2 + places[:, :2] * [1, -1] * FOCAL / (DISTANCE - places[:, 2:])
     assert pixels == pytest.approx(frame.camera.project(points), abs=0.01)
     assert np.abs(places).max() < 0.5
-    assert places[:, 2].std() / places[:, 1].std() == pytest.approx(points[:, 2].std() / points[:, 1].std(), rel=0.02)
+    assert places[:, 2].std() / places[:, 1].std() == pytest.approx(
+        points[:, 2].std() / points[:, 1].std(), rel=0.02
+    )
 
 
 def test_a_known_field_becomes_its_surface_in_the_pictures_colors(person, files):
     subject, body, camera = person
-    settings = PapersSettings(pamir_geometry=files["body"], pamir_texture=files["texture"], smpl=files["smpl"], resolution=200)
+    settings = PapersSettings(
+        pamir_geometry=files["body"],
+        pamir_texture=files["texture"],
+        smpl=files["smpl"],
+        resolution=200,
+    )
     surface, colors = papers_surface(subject, body, camera, settings=settings)
     assert is_closed(surface.vertices, surface.faces)
     assert surface.provenance["geometry"] == "pamir"
@@ -143,21 +182,43 @@ def test_a_known_field_becomes_its_surface_in_the_pictures_colors(person, files)
         apart = np.abs(getattr(surface.vertices, end)(axis=0) - getattr(body.vertices, end)(axis=0))
         assert (apart < [0.1, 0.06, 0.06]).all()
     pixels = np.floor(camera.project(surface.vertices)).astype(int)
-    within = (subject.mask[pixels[:, 1], pixels[:, 0]] > 0.5) & (np.abs(surface.vertices[:, 0]) < 0.05)
-    assert np.median(np.abs(colors[within] * 255 - subject.image[pixels[within, 1], pixels[within, 0]])) < 6
+    within = (subject.mask[pixels[:, 1], pixels[:, 0]] > 0.5) & (
+        np.abs(surface.vertices[:, 0]) < 0.05
+    )
+    assert (
+        np.median(
+            np.abs(colors[within] * 255 - subject.image[pixels[within, 1], pixels[within, 0]])
+        )
+        < 6
+    )
 
 
 def test_what_does_not_fit_is_refused(scene, files):
     subject, body, camera = scene
     for settings, words in [
-        (PapersSettings(pamir_geometry=files["geometry"], smpl=files["smpl"]), "this one is anny's"),
+        (
+            PapersSettings(pamir_geometry=files["geometry"], smpl=files["smpl"]),
+            "this one is anny's",
+        ),
         (PapersSettings(pamir_geometry=files["geometry"]), "needs SMPL's .npz"),
-        (PapersSettings(pamir_texture=files["texture"], pifu_geometry=files["texture"]), "needs --pamir-geometry"),
-        (PapersSettings(pamir_geometry=files["geometry"], pifu_geometry=files["texture"], smpl=files["smpl"]), "goes without"),
+        (
+            PapersSettings(pamir_texture=files["texture"], pifu_geometry=files["texture"]),
+            "needs --pamir-geometry",
+        ),
+        (
+            PapersSettings(
+                pamir_geometry=files["geometry"], pifu_geometry=files["texture"], smpl=files["smpl"]
+            ),
+            "goes without",
+        ),
     ]:
         with pytest.raises(InputError, match=words):
             papers_surface(subject, body, camera, settings=settings)
-    lacking = {name: value for name, value in pamir_geometry(**SMALL).items() if name != "ve.r2.conv3.weight"}
+    lacking = {
+        name: value
+        for name, value in pamir_geometry(**SMALL).items()
+        if name != "ve.r2.conv3.weight"
+    }
     for content, words in [
         ({"pamir_net": lacking}, "lacks 've.r2.conv3.weight'"),
         ({"pamir_net": pamir_geometry(**SMALL) | {"hg.more": torch.ones(1)}}, "has 'hg.more'"),

@@ -25,14 +25,20 @@ PIXELS = 256
 
 @pytest.fixture(scope="module")
 def lit(scene):
-    """A scene whose photo is grey but for a bright disc, up and to the right of the person's middle: its middle and radius, pixels."""
+    """A scene whose photo is grey but for a bright disc, up and to the right of the person's
+    middle: its middle and radius, pixels."""
     subject, body, camera = scene
     rows, columns = np.nonzero(subject.mask > 0.5)
     u, v = (columns.min() + columns.max()) / 2, (rows.min() + rows.max()) / 2
     radius = 0.16 * np.ptp(rows)
     middle = np.array([u + 0.5 * radius, v - 1.2 * radius])
     height, width = subject.mask.shape
-    near = np.hypot(np.arange(width)[None] + 0.5 - middle[0], np.arange(height)[:, None] + 0.5 - middle[1]) < radius
+    near = (
+        np.hypot(
+            np.arange(width)[None] + 0.5 - middle[0], np.arange(height)[:, None] + 0.5 - middle[1]
+        )
+        < radius
+    )
     image = np.where(near, 255, 128).astype(np.uint8)[..., None].repeat(3, axis=2)
     mask = np.maximum(subject.mask, near.astype(np.float32))
     return dataclasses.replace(subject, image=image, mask=mask), body, camera, middle, radius
@@ -46,7 +52,9 @@ def files(lit, tmp_path_factory):
     image = (frame.image.astype(np.float32) / 127.5 - 1) * frame.mask[..., None]
     with torch.inference_mode():
         network = PIFuGeometry(saved(slab(FRONT, BACK, 1.0), folder / "first"))
-        inside = float(network.image_filter(torch.from_numpy(image.transpose(2, 0, 1)[None].copy())).max())
+        inside = float(
+            network.image_filter(torch.from_numpy(image.transpose(2, 0, 1)[None].copy())).max()
+        )
     colors = pifu_color((513, 8, 8, 8, 8, 3))
     for name in colors:
         if name.startswith("surface_classifier"):
@@ -74,7 +82,9 @@ def test_the_field_becomes_its_surface(lit, person):
     assert is_closed(vertices, surface.faces)
     pixels = camera.project(vertices)
     assert np.allclose((pixels.min(axis=0) + pixels.max(axis=0)) / 2, middle, atol=0.06 * radius)
-    assert np.allclose(np.ptp(pixels, axis=0) / 2, radius, rtol=0.15)  # the hourglasses blur the rim
+    assert np.allclose(
+        np.ptp(pixels, axis=0) / 2, radius, rtol=0.15
+    )  # the hourglasses blur the rim
     frame = make_frame(subject.image, subject.mask, camera, PIXELS)
     metres = PIXELS / 2 / frame.camera.scale / DEPTH_FACTOR
     depth = float(np.mean(body.vertices[:, 2]))
@@ -100,7 +110,10 @@ def test_what_does_not_fit_is_refused(lit, files, tmp_path):
     subject, body, camera, _, _ = lit
     for settings, words in [
         (PapersSettings(), "--pifuhd FILE, --pifu-geometry FILE or --pamir-geometry FILE"),
-        (dataclasses.replace(files, pifu_geometry="", pifuhd=files.pifu_color), "needs --pifu-geometry"),
+        (
+            dataclasses.replace(files, pifu_geometry="", pifuhd=files.pifu_color),
+            "needs --pifu-geometry",
+        ),
         (dataclasses.replace(files, pifu_geometry=str(tmp_path / "none")), "does not exist"),
         (dataclasses.replace(files, digest="0"), "were changed meanwhile"),
     ]:

@@ -15,7 +15,10 @@ from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.studio import Studio
 from a2v.lab.studio.view import View
 
-NAMES = ("AIAN_F_1_Busi", "Asian_F_2_Busi")  # of the training and of the validation split; the first one has a wig
+NAMES = (
+    "AIAN_F_1_Busi",
+    "Asian_F_2_Busi",
+)  # of the training and of the validation split; the first one has a wig
 
 
 @pytest.fixture(scope="session")
@@ -40,7 +43,9 @@ def guide(avatar: Avatar) -> Guide:
 
 
 @pytest.fixture(scope="session")
-def folder(data: Path, avatar: Avatar, guide: Guide, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(
+    data: Path, avatar: Avatar, guide: Guide, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """A data set's folder, prepared with a quick guide and few poses."""
     made = tmp_path_factory.mktemp("set")
     guide.save(made / "guides" / f"{guide_key(NAMES[0])}.npz")

@@ -23,7 +23,8 @@ def glb(content: dict, binary: bytes = b"") -> bytes:  # type: ignore[type-arg]
 
 
 def two_bone_strip(scale: float = 0.01) -> bytes:
-    """A strip of two quads along +y on a two-bone rig whose nodes carry a scale, positions quantised to normalised int16."""
+    """A strip of two quads along +y on a two-bone rig whose nodes carry a scale, positions
+    quantised to normalised int16."""
     points = np.array([[x, y, 0] for y in (0.0, 0.5, 1.0) for x in (-0.1, 0.1)])
     quantised = np.rint(points * 32767).astype("<i2")
     padded = np.zeros((6, 4), "<i2")
@@ -51,17 +52,47 @@ def two_bone_strip(scale: float = 0.01) -> bytes:
         "nodes": [
             {"name": "Hips", "scale": [scale] * 3, "children": [1]},
             {"name": "Spine", "translation": [0, 1 / scale, 0]},
-            {"name": "strip", "mesh": 0, "skin": 0, "translation": [9, 9, 9]},  # a skinned mesh's own node does not count
+            {
+                "name": "strip",
+                "mesh": 0,
+                "skin": 0,
+                "translation": [9, 9, 9],
+            },  # a skinned mesh's own node does not count
         ],
         "meshes": [
-            {"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2, "TEXCOORD_0": 3}, "indices": 4, "material": 0}]}
+            {
+                "primitives": [
+                    {
+                        "attributes": {
+                            "POSITION": 0,
+                            "JOINTS_0": 1,
+                            "WEIGHTS_0": 2,
+                            "TEXCOORD_0": 3,
+                        },
+                        "indices": 4,
+                        "material": 0,
+                    }
+                ]
+            }
         ],
         "materials": [{"name": "cloth", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1]}}],
         "skins": [{"joints": [0, 1], "inverseBindMatrices": 5}],
         "accessors": [
-            {"bufferView": 0, "componentType": 5122, "type": "VEC3", "count": 6, "normalized": True},
+            {
+                "bufferView": 0,
+                "componentType": 5122,
+                "type": "VEC3",
+                "count": 6,
+                "normalized": True,
+            },
             {"bufferView": 1, "componentType": 5121, "type": "VEC4", "count": 6},
-            {"bufferView": 2, "componentType": 5121, "type": "VEC4", "count": 6, "normalized": True},
+            {
+                "bufferView": 2,
+                "componentType": 5121,
+                "type": "VEC4",
+                "count": 6,
+                "normalized": True,
+            },
             {"bufferView": 3, "componentType": 5126, "type": "VEC2", "count": 6},
             {"bufferView": 4, "componentType": 5123, "type": "SCALAR", "count": 12},
             {"bufferView": 5, "componentType": 5126, "type": "MAT4", "count": 2},
@@ -80,12 +111,15 @@ def test_skin_semantics_on_a_known_rig(tmp_path: Path) -> None:
     rest = strip.skin(strip.bone_transforms())
     expected = np.array([[x, y, 0] for y in (0.0, 1.0, 2.0) for x in (-0.2, 0.2)])
     np.testing.assert_allclose(rest, expected, atol=1e-4)
-    # turning the upper bone by 90 degrees about +z lays the upper half along -x, and carries half of the middle's weight
+    # turning the upper bone by 90 degrees about +z lays the upper half along -x, and carries half
+    # of the middle's weight
     turned = strip.skin(strip.bone_transforms({"Spine": (0, 0, np.pi / 2)}))
     np.testing.assert_allclose(turned[4:], [[-1, 0.8, 0], [-1, 1.2, 0]], atol=1e-4)
     np.testing.assert_allclose(turned[:2], expected[:2], atol=1e-4)
     half = 128 / 255
-    np.testing.assert_allclose(turned[2], half * expected[2] + (1 - half) * np.array([0, 0.8, 0]), atol=1e-4)
+    np.testing.assert_allclose(
+        turned[2], half * expected[2] + (1 - half) * np.array([0, 0.8, 0]), atol=1e-4
+    )
     # glTF's uv starts at the upper left, ours at the lower left
     image_v = strip.uv[0, 0, 1]
     assert image_v > strip.uv[2, 2, 1]
@@ -110,7 +144,9 @@ def test_avatar_stands_in_our_axes(avatar: Avatar) -> None:
 
 def test_parts_lie_where_they_belong(avatar: Avatar) -> None:
     vertices = avatar.surface().vertices
-    middle = {part: vertices[avatar.parts == index].mean(axis=0) for index, part in enumerate(PARTS)}
+    middle = {
+        part: vertices[avatar.parts == index].mean(axis=0) for index, part in enumerate(PARTS)
+    }
     assert set(middle) == set(PARTS)
     assert (
         middle["head"][1]
@@ -122,7 +158,12 @@ def test_parts_lie_where_they_belong(avatar: Avatar) -> None:
     )
     for part in ("upper_arm", "lower_arm", "hand", "thigh", "shin", "foot"):
         assert middle[f"left_{part}"][0] > 0 > middle[f"right_{part}"][0]
-    assert middle["left_hand"][0] > middle["left_lower_arm"][0] > middle["left_upper_arm"][0] > middle["torso"][0] + 0.05
+    assert (
+        middle["left_hand"][0]
+        > middle["left_lower_arm"][0]
+        > middle["left_upper_arm"][0]
+        > middle["torso"][0] + 0.05
+    )
     assert avatar_part("LeftHandThumb4_end_end") == "left_hand"
     assert avatar_part("RightEye_end") == "head"
 
@@ -130,10 +171,14 @@ def test_parts_lie_where_they_belong(avatar: Avatar) -> None:
 def test_posing_moves_limbs_and_keeps_lengths(avatar: Avatar) -> None:
     names = {name: index for index, name in enumerate(avatar.bone_names)}
     posed = avatar.bone_transforms(a_pose(arms=40))
-    shoulder, elbow, hand = (posed[names[name], :3, 3] for name in ("LeftArm", "LeftForeArm", "LeftHand"))
+    shoulder, elbow, hand = (
+        posed[names[name], :3, 3] for name in ("LeftArm", "LeftForeArm", "LeftHand")
+    )
     rest = avatar.rest_transforms[:, :3, 3]
     upper = elbow - shoulder
-    assert np.linalg.norm(upper) == pytest.approx(np.linalg.norm(rest[names["LeftForeArm"]] - rest[names["LeftArm"]]), rel=1e-5)
+    assert np.linalg.norm(upper) == pytest.approx(
+        np.linalg.norm(rest[names["LeftForeArm"]] - rest[names["LeftArm"]]), rel=1e-5
+    )
     # the direction of the upper arm: 40 degrees from the vertical, up to how the T-pose holds it
     assert np.degrees(np.arccos(-upper[1] / np.linalg.norm(upper))) == pytest.approx(40, abs=4)
     assert hand[2] > elbow[2]  # the elbow bends forward
@@ -149,14 +194,18 @@ def test_atlas_holds_both_materials(avatar: Avatar) -> None:
     assert hair.min() > body.max()  # tiles do not overlap
     texture = avatar.texture.astype(float)
     columns = (hair.mean(axis=1) * texture.shape[1]).astype(int)
-    rows = ((1 - avatar.uv[avatar.materials == 1][..., 1].mean(axis=1)) * texture.shape[0]).astype(int)
+    rows = ((1 - avatar.uv[avatar.materials == 1][..., 1].mean(axis=1)) * texture.shape[0]).astype(
+        int
+    )
     assert texture[rows, columns].mean() < 110  # her hair is dark
 
 
 def test_round_trip(avatar: Avatar, tmp_path: Path) -> None:
     avatar.save(tmp_path / "avatar.npz")
     again = Avatar.load(tmp_path / "avatar.npz")
-    np.testing.assert_array_equal(again.surface(a_pose()).vertices, avatar.surface(a_pose()).vertices)
+    np.testing.assert_array_equal(
+        again.surface(a_pose()).vertices, avatar.surface(a_pose()).vertices
+    )
 
 
 def broken_files() -> dict[str, bytes]:
@@ -188,7 +237,9 @@ def broken_files() -> dict[str, bytes]:
         "index outside": changed(("accessors", 4, "bufferView"), 3),
         "nodes no list": changed(("nodes",), {"a": 1}),
         "rotation of three": changed(("nodes", 0, "rotation"), [0, 0, 1]),
-        "texture missing": changed(("materials", 0, "pbrMetallicRoughness"), {"baseColorTexture": {"index": 5}}),
+        "texture missing": changed(
+            ("materials", 0, "pbrMetallicRoughness"), {"baseColorTexture": {"index": 5}}
+        ),
         "joints null": changed(("skins", 0, "joints"), None),
     }
 

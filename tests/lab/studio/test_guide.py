@@ -18,7 +18,9 @@ EXACT = GuideErrors(**{item.name: 0.0 for item in dataclasses.fields(GuideErrors
 def test_guide_follows_the_avatar(avatar: Avatar, guide: Guide) -> None:
     from a2v.geometry.rays import RayScene
 
-    gap = RayScene(avatar.skin(avatar.rest_transforms), avatar.faces).closest(guide.vertices).distance
+    gap = (
+        RayScene(avatar.skin(avatar.rest_transforms), avatar.faces).closest(guide.vertices).distance
+    )
     assert np.median(gap) < 0.012
     pose = natural_pose(np.random.default_rng(4))
     build = Build(height=1.05, girth={"thigh": 1.1})
@@ -28,7 +30,11 @@ def test_guide_follows_the_avatar(avatar: Avatar, guide: Guide) -> None:
     person = built.skin(transforms)
     gap = RayScene(person, avatar.faces).closest(posed).distance
     assert np.median(gap) < 0.013  # scaled, bent and thickened alike
-    assert np.allclose(disturb(built, transforms, np.array([0, 0, 1.0]), EXACT, np.random.default_rng(0)), transforms, atol=1e-6)
+    assert np.allclose(
+        disturb(built, transforms, np.array([0, 0, 1.0]), EXACT, np.random.default_rng(0)),
+        transforms,
+        atol=1e-6,
+    )
 
 
 def test_fits_err_in_depth_more_than_in_the_photo(avatar: Avatar) -> None:
@@ -41,7 +47,11 @@ def test_fits_err_in_depth_more_than_in_the_photo(avatar: Avatar) -> None:
         wrong = disturb(avatar, true, view, GuideErrors(), generator)
         assert np.allclose(np.linalg.det(wrong[:, :3, :3]), 1)
         bones = np.linalg.norm(wrong[1:, :3, 3] - wrong[avatar.bone_parents[1:], :3, 3], axis=1)
-        assert np.allclose(bones, np.linalg.norm(true[1:, :3, 3] - true[avatar.bone_parents[1:], :3, 3], axis=1), atol=1e-5)
+        assert np.allclose(
+            bones,
+            np.linalg.norm(true[1:, :3, 3] - true[avatar.bone_parents[1:], :3, 3], axis=1),
+            atol=1e-5,
+        )
         shifts.append((wrong - true)[wrists, :3, 3])
     shift = np.concatenate(shifts)
     depth = shift @ view

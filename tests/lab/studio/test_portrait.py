@@ -20,7 +20,10 @@ def test_portrait_and_its_truth_agree(avatar: Avatar) -> None:
     assert (columns.min() + columns.max()) / 2 == pytest.approx(79.5, abs=2)
     pixels = portrait_camera(person.vertices, settings).project(person.vertices, 160)
     assert columns.min() == pytest.approx(pixels[:, 0].min(), abs=2)
-    inside, outside = photo.image[photo.mask == 1].astype(float), photo.image[photo.mask == 0].astype(float)
+    inside, outside = (
+        photo.image[photo.mask == 1].astype(float),
+        photo.image[photo.mask == 0].astype(float),
+    )
     assert np.abs(inside.mean(axis=0) - outside.mean(axis=0)).max() > 10
     again = take_portrait(person, settings)
     assert np.abs(again.image.astype(int) - photo.image).max() <= 1  # seeded

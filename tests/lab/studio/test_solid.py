@@ -9,17 +9,29 @@ from scipy.spatial import ConvexHull
 
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene, signed_distance_and_normals
-from a2v.lab.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld, winding_number
+from a2v.lab.studio.solid import (
+    PhotoFrame,
+    Solid,
+    caps,
+    open_faces,
+    smooth_normals,
+    weld,
+    winding_number,
+)
 
 
-def ball(radius: float = 0.3, center: tuple[float, float, float] = (0, 0, 0)) -> tuple[np.ndarray, np.ndarray]:
+def ball(
+    radius: float = 0.3, center: tuple[float, float, float] = (0, 0, 0)
+) -> tuple[np.ndarray, np.ndarray]:
     mesh = trimesh.creation.icosphere(4, radius)
     return np.asarray(mesh.vertices + center, np.float32), np.asarray(mesh.faces, np.int32)
 
 
 def joined(*parts: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    return np.concatenate([v for v, _ in parts]), np.concatenate([f + o for (_, f), o in zip(parts, offsets, strict=False)])
+    return np.concatenate([v for v, _ in parts]), np.concatenate(
+        [f + o for (_, f), o in zip(parts, offsets, strict=False)]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +41,9 @@ def points() -> np.ndarray:
 
 def test_signed_distance_of_a_ball_and_a_box(points: np.ndarray) -> None:
     solid = Solid(*ball())
-    assert np.abs(solid.signed_distance(points) - (np.linalg.norm(points, axis=1) - 0.3)).max() < 2e-3
+    assert (
+        np.abs(solid.signed_distance(points) - (np.linalg.norm(points, axis=1) - 0.3)).max() < 2e-3
+    )
     box = trimesh.creation.box((0.4, 0.6, 0.2))
     half = np.array([0.2, 0.3, 0.1])
     beyond = np.abs(points) - half
@@ -49,19 +63,25 @@ def test_an_open_mesh_is_still_solid(points: np.ndarray) -> None:
 def test_a_limb_pressed_into_the_trunk_leaves_no_surface_inside(points: np.ndarray) -> None:
     vertices, faces = joined(ball(0.25), ball(0.2, (0.2, 0, 0)))
     solid = Solid(vertices, faces)
-    truth = np.minimum(np.linalg.norm(points, axis=1) - 0.25, np.linalg.norm(points - [0.2, 0, 0], axis=1) - 0.2)
+    truth = np.minimum(
+        np.linalg.norm(points, axis=1) - 0.25, np.linalg.norm(points - [0.2, 0, 0], axis=1) - 0.2
+    )
     got = solid.signed_distance(points)
     assert (np.sign(got) == np.sign(truth))[np.abs(truth) > 3e-3].all()
     outside = truth > 0  # inside, the distance to a union is not the minimum of the distances
     assert np.abs(got - truth)[outside].max() < 3e-3
     middle = vertices[faces[solid.outer]].mean(axis=1)
-    covered = np.minimum(np.linalg.norm(middle, axis=1) - 0.25, np.linalg.norm(middle - [0.2, 0, 0], axis=1) - 0.2)
+    covered = np.minimum(
+        np.linalg.norm(middle, axis=1) - 0.25, np.linalg.norm(middle - [0.2, 0, 0], axis=1) - 0.2
+    )
     assert covered.min() > -6e-3
 
 
 def test_a_pocket_counts_as_filled() -> None:
     outer, inner = ball(0.3), ball(0.1)
-    vertices, faces = joined(outer, (inner[0], inner[1][:, ::-1]))  # a hollow, its faces looking inwards
+    vertices, faces = joined(
+        outer, (inner[0], inner[1][:, ::-1])
+    )  # a hollow, its faces looking inwards
     visible = open_faces(vertices, faces, rays=16)
     assert visible[: len(outer[1])].all()
     assert not visible[len(outer[1]) :].any()
@@ -78,7 +98,11 @@ def test_a_wig_is_solid_down_to_the_scalp_and_leaves_the_face_free() -> None:
     both = joined(head, wig)
     shell = np.arange(len(both[1])) >= len(head[1])
     solid = Solid(*both, shell=shell, layered=np.ones(len(both[1]), bool))
-    between, before, deep = np.array([[0, 0.115, 0], [0, 0, -0.115]]), np.array([[0, 0, 0.107], [0.01, 0, 0.115]]), np.zeros((1, 3))
+    between, before, deep = (
+        np.array([[0, 0.115, 0], [0, 0, -0.115]]),
+        np.array([[0, 0, 0.107], [0.01, 0, 0.115]]),
+        np.zeros((1, 3)),
+    )
     assert solid.inside(between).all()
     assert not solid.inside(before).any()
     assert solid.inside(deep).all()
@@ -95,23 +119,33 @@ def test_caps_close_every_hole(points: np.ndarray) -> None:
     middle = vertices[faces].mean(axis=1)
     kept = (middle[:, 1] < 0.27) & (middle[:, 0] < 0.25)
     closing = caps(own[kept], weld(split))
-    all_edges = weld(split)[np.concatenate([own[kept], closing])][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    forth, back = ({(int(a), int(b)) for a, b in edges} for edges in (all_edges, all_edges[:, ::-1]))
+    all_edges = weld(split)[np.concatenate([own[kept], closing])][
+        :, [[0, 1], [1, 2], [2, 0]]
+    ].reshape(-1, 2)
+    forth, back = (
+        {(int(a), int(b)) for a, b in edges} for edges in (all_edges, all_edges[:, ::-1])
+    )
     assert forth == back  # every edge is run through both ways: closed, and oriented alike
     hull = ConvexHull(split[own[kept]].reshape(-1, 3))
     depth = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     by_ray = Solid(split, own, wall=kept, closing=closing).inside(points)
-    assert (by_ray == (depth > 0))[np.abs(depth) > 0.012].all()  # the rims of the holes are a little uneven
+    assert (by_ray == (depth > 0))[
+        np.abs(depth) > 0.012
+    ].all()  # the rims of the holes are a little uneven
 
 
 def test_crossings_are_the_winding_number_of_closed_meshes(points: np.ndarray) -> None:
     vertices, faces = joined(ball(0.25), ball(0.2, (0.2, 0, 0)))
     got = RayScene(vertices, faces).crossings(points, face_normals(vertices, faces))
-    exact = (np.linalg.norm(points, axis=1) < 0.25).astype(int) + (np.linalg.norm(points - [0.2, 0, 0], axis=1) < 0.2)
+    exact = (np.linalg.norm(points, axis=1) < 0.25).astype(int) + (
+        np.linalg.norm(points - [0.2, 0, 0], axis=1) < 0.2
+    )
     assert (got == exact).mean() > 0.99  # facets cut the round corners
     assert np.abs(winding_number(vertices, faces, points) - got).mean() < 0.02
     normals = smooth_normals(vertices, faces, weld(vertices))
-    distance, normal = signed_distance_and_normals(vertices, faces, normals, RayScene(vertices, faces), points)
+    distance, normal = signed_distance_and_normals(
+        vertices, faces, normals, RayScene(vertices, faces), points
+    )
     assert ((distance < 0) == (got > 0)).all()
     assert np.allclose(np.linalg.norm(normal, axis=1), 1, atol=1e-5)
 

@@ -33,7 +33,9 @@ def test_stances_are_what_they_are_called(avatar: Avatar, seed: int) -> None:
     assert trunk[2] > 0.5 * np.linalg.norm(trunk)
     assert stoop["LeftHand"][1] < stoop["LeftArm"][1]  # arms hang
     kick = joints(avatar, "kick", seed)
-    assert np.linalg.norm((kick["LeftFoot"] - kick["RightFoot"])[1:]) > 0.3  # one foot before the other and higher
+    assert (
+        np.linalg.norm((kick["LeftFoot"] - kick["RightFoot"])[1:]) > 0.3
+    )  # one foot before the other and higher
     assert abs(kick["LeftFoot"][1] - kick["RightFoot"][1]) > 0.1
     spread = joints(avatar, "spread", seed)
     assert spread["LeftFoot"][0] - spread["RightFoot"][0] > 0.4
@@ -42,7 +44,9 @@ def test_stances_are_what_they_are_called(avatar: Avatar, seed: int) -> None:
 
 def test_the_same_number_gives_the_same_photo_whoever_else_is_there(studio: Studio) -> None:
     assert set(STANCES) == {"standing", "run", "kick", "squat", "sit", "stoop", "profile", "spread"}
-    first, again = (studio.scene("validation", 77, avatar="Asian_F_2_Busi", stance="run") for _ in range(2))
+    first, again = (
+        studio.scene("validation", 77, avatar="Asian_F_2_Busi", stance="run") for _ in range(2)
+    )
     assert np.array_equal(first.surface.vertices, again.surface.vertices)
     assert (first.avatar, first.pose) == ("Asian_F_2_Busi", "run")
     assert first.pose != studio.scene("validation", 77, avatar="Asian_F_2_Busi").pose
@@ -56,6 +60,13 @@ def test_an_old_pin_is_what_it_was(studio: Studio, data: Path) -> None:
     made = first.surface.provenance
     assert (first.pose, acting.pose) == ("open", "run")
     wide, tall, _ = np.ptp(acting.surface.vertices, axis=0)
-    # camera_distance is in the scene's own unit, which the guide's error scales (4.759665 m by .952391)
-    told = (first.yaw, made["camera_height"], made["camera_distance"], acting.yaw, float(wide / tall))
+    # camera_distance is in the scene's own unit, which the guide's error scales (4.759665 m by
+    # .952391)
+    told = (
+        first.yaw,
+        made["camera_height"],
+        made["camera_distance"],
+        acting.yaw,
+        float(wide / tall),
+    )
     assert told == pytest.approx((7.863627, 1.887709, 4.533063, -17.471598, 0.464476), abs=1e-5)

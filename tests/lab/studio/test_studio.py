@@ -1,4 +1,5 @@
-"""Views of the fast studio on real avatars: what a view says about its person agrees with itself."""
+"""Views of the fast studio on real avatars: what a view says about its person agrees with
+itself."""
 
 from __future__ import annotations
 
@@ -26,7 +27,10 @@ def depth_at(view: View, points: np.ndarray, name: str) -> np.ndarray:
 
 def test_points_land_on_their_pixels(view: View) -> None:
     seen = view.surface_points[view.surface_visible]
-    front, back = depth_at(view, seen, "depth_front"), depth_at(view, view.surface_points, "depth_back")
+    front, back = (
+        depth_at(view, seen, "depth_front"),
+        depth_at(view, view.surface_points, "depth_back"),
+    )
     known = np.isfinite(front)
     assert known.mean() > 0.92  # the others are at the rim
     assert np.quantile(np.abs(front - seen[:, 2])[known], [0.5, 0.9]).tolist() < [0.002, 0.015]
@@ -48,7 +52,11 @@ def test_normals_depth_and_mask_agree(view: View) -> None:
         assert not normals[~inside].any()
     # the slope of the depth is that of the normals, where the surface is smooth
     depth = view.depth_front.astype(np.float32)
-    slope = np.stack([np.gradient(depth, axis=1), -np.gradient(depth, axis=0)], axis=-1) * view.camera.scale / 2
+    slope = (
+        np.stack([np.gradient(depth, axis=1), -np.gradient(depth, axis=0)], axis=-1)
+        * view.camera.scale
+        / 2
+    )
     normals = view.normals_front.astype(np.float32)
     flat = inside & (np.abs(slope).max(axis=-1) < 0.7) & (normals[..., 2] > 80)
     expected = -normals[flat][:, :2] / normals[flat][:, 2:]
@@ -57,13 +65,20 @@ def test_normals_depth_and_mask_agree(view: View) -> None:
 
 
 def test_samples_are_on_their_side(view: View) -> None:
-    front, back = depth_at(view, view.points, "depth_front"), depth_at(view, view.points, "depth_back")
+    front, back = (
+        depth_at(view, view.points, "depth_front"),
+        depth_at(view, view.points, "depth_back"),
+    )
     distance, z = view.distance.astype(np.float32), view.points[:, 2]
     # what lies before the front, behind the back or beside the person is outside
     for outside in (z > front + 0.01, z < back - 0.01, ~np.isfinite(front)):
         assert outside.sum() > 100
-        assert (distance[outside] > -0.008).mean() > 0.98  # a wig's openings are gaps that a ray may pass
-    within = (z < front - 0.01) & (z > front - 0.03) & (front - back > 0.08)  # just below the skin of thick parts
+        assert (
+            distance[outside] > -0.008
+        ).mean() > 0.98  # a wig's openings are gaps that a ray may pass
+    within = (
+        (z < front - 0.01) & (z > front - 0.03) & (front - back > 0.08)
+    )  # just below the skin of thick parts
     assert within.sum() > 50
     assert (distance[within] < 0.002).mean() > 0.98
     assert 0.25 < (distance < 0).mean() < 0.45
@@ -82,7 +97,10 @@ def test_the_truth_is_the_same_person(studio: Studio, view: View) -> None:
     assert np.abs(scene.solid().signed_distance(view.surface_points)).max() < 1e-4
     assert np.array_equal(scene.guide, view.guide_vertices)
     assert abs(float(view.guide_vertices[:, 2].mean())) < 1e-4
-    low, high = view.camera.project(scene.surface.vertices).min(axis=0), view.camera.project(scene.surface.vertices).max(axis=0)
+    low, high = (
+        view.camera.project(scene.surface.vertices).min(axis=0),
+        view.camera.project(scene.surface.vertices).max(axis=0),
+    )
     assert (high - low).max() == pytest.approx(0.9 * 1024, abs=0.1)
     assert np.allclose((low + high) / 2, 512, atol=0.1)
 
@@ -97,7 +115,9 @@ def test_colors_are_what_the_photo_shows_on_average(view: View) -> None:
     assert np.corrcoef(photo.mean(axis=1), said.mean(axis=1))[0, 1] > 0.6
 
 
-def test_the_same_seed_gives_the_same_view(studio: Studio, folder: Path, data: Path, view: View, tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_view(
+    studio: Studio, folder: Path, data: Path, view: View, tmp_path: Path
+) -> None:
     again = Studio.open(folder, data, studio.settings).view("training", 1)
     first, second = view.to_arrays(), again.to_arrays()
     assert first.keys() == second.keys()
@@ -107,8 +127,21 @@ def test_the_same_seed_gives_the_same_view(studio: Studio, folder: Path, data: P
     view.save(tmp_path / "view.npz")
     assert (tmp_path / "view.npz").stat().st_size < 1_500_000
     loaded = View.load(tmp_path / "view.npz")
-    for name in ("image", "mask", "depth_front", "normals_back", "guide_depth_back", "parts_front", "points", "guide_vertices"):
-        assert np.array_equal(getattr(loaded, name), getattr(view, name), equal_nan=name.startswith(("depth", "guide_depth")))
+    for name in (
+        "image",
+        "mask",
+        "depth_front",
+        "normals_back",
+        "guide_depth_back",
+        "parts_front",
+        "points",
+        "guide_vertices",
+    ):
+        assert np.array_equal(
+            getattr(loaded, name),
+            getattr(view, name),
+            equal_nan=name.startswith(("depth", "guide_depth")),
+        )
     assert loaded.camera == view.camera
     broken = {**first, "encoded.mask": first["encoded.mask"][:40]}
     with pytest.raises(InputError, match="'mask' is damaged"):
@@ -124,13 +157,17 @@ def test_splits_never_mix(studio: Studio) -> None:
     assert studio.scene("validation", 0).avatar == "Asian_F_2_Busi"
 
 
-def test_varied_poses_come_from_the_bank(studio: Studio, folder: Path, data: Path, tmp_path: Path) -> None:
+def test_varied_poses_come_from_the_bank(
+    studio: Studio, folder: Path, data: Path, tmp_path: Path
+) -> None:
     rotations = np.zeros((2, len(POSED_BONES), 3), np.float16)
     rotations[:, POSED_BONES.index("LeftUpLeg"), 0] = -1.5  # a raised leg
     none = np.zeros(2, np.int8)
     for name in ("poses.npz", "guide.npz"):
         (tmp_path / name).symlink_to(folder / name)
-    PoseBank(rotations=rotations, sets=none, splits=none, kinds=none.astype(np.int16)).save(tmp_path / "bank.npz")
+    PoseBank(rotations=rotations, sets=none, splits=none, kinds=none.astype(np.int16)).save(
+        tmp_path / "bank.npz"
+    )
     settings = dataclasses.replace(studio.settings, varied=0.5)
     mixed = Studio.open(tmp_path, data, settings)
     poses = [mixed.scene("training", index).pose for index in range(12)]

@@ -11,7 +11,11 @@ from a2v.lab.studio.variation import Build, Wardrobe, find_clothes, rebuild, rec
 
 
 def test_builds_scale_segments(avatar: Avatar) -> None:
-    assert np.allclose(rebuild(avatar, Build()).skin(avatar.rest_transforms), avatar.skin(avatar.rest_transforms), atol=1e-5)
+    assert np.allclose(
+        rebuild(avatar, Build()).skin(avatar.rest_transforms),
+        avatar.skin(avatar.rest_transforms),
+        atol=1e-5,
+    )
     tall = rebuild(avatar, Build(height=1.07))
     rest = avatar.skin(avatar.rest_transforms)
     assert np.allclose(tall.skin(tall.rest_transforms), 1.07 * rest, atol=1e-4)
@@ -19,12 +23,23 @@ def test_builds_scale_segments(avatar: Avatar) -> None:
     names = list(avatar.bone_names)
 
     def length(who: Avatar, a: str, b: str) -> float:
-        return float(np.linalg.norm(who.rest_transforms[names.index(a), :3, 3] - who.rest_transforms[names.index(b), :3, 3]))
+        return float(
+            np.linalg.norm(
+                who.rest_transforms[names.index(a), :3, 3]
+                - who.rest_transforms[names.index(b), :3, 3]
+            )
+        )
 
-    assert length(long, "LeftUpLeg", "LeftLeg") == pytest.approx(1.1 * length(avatar, "LeftUpLeg", "LeftLeg"), rel=1e-4)
-    assert length(long, "LeftLeg", "LeftFoot") == pytest.approx(length(avatar, "LeftLeg", "LeftFoot"), rel=1e-4)
+    assert length(long, "LeftUpLeg", "LeftLeg") == pytest.approx(
+        1.1 * length(avatar, "LeftUpLeg", "LeftLeg"), rel=1e-4
+    )
+    assert length(long, "LeftLeg", "LeftFoot") == pytest.approx(
+        length(avatar, "LeftLeg", "LeftFoot"), rel=1e-4
+    )
     thick = rebuild(avatar, Build(girth={"lower_arm": 1.2}))
-    assert length(thick, "LeftForeArm", "LeftHand") == pytest.approx(length(avatar, "LeftForeArm", "LeftHand"), rel=1e-4)
+    assert length(thick, "LeftForeArm", "LeftHand") == pytest.approx(
+        length(avatar, "LeftForeArm", "LeftHand"), rel=1e-4
+    )
     assert segment_of("LeftHandIndex2") == "hand"
     assert segment_of("Spine1") == "torso"
 
@@ -36,10 +51,18 @@ def test_other_clothes_on_the_same_skin(avatar: Avatar) -> None:
     head = avatar.parts[avatar.faces[:, 0]] == PARTS.index("head")
     height, width = worn.shape
     corners = avatar.uv[head].mean(axis=1)
-    assert worn[((1 - corners[:, 1]) * height).astype(int), (corners[:, 0] * width).astype(int)].mean() < 0.02
-    body = np.isin(avatar.parts[avatar.faces[:, 0]], [PARTS.index("torso"), PARTS.index("left_thigh")])
+    assert (
+        worn[((1 - corners[:, 1]) * height).astype(int), (corners[:, 0] * width).astype(int)].mean()
+        < 0.02
+    )
+    body = np.isin(
+        avatar.parts[avatar.faces[:, 0]], [PARTS.index("torso"), PARTS.index("left_thigh")]
+    )
     corners = avatar.uv[body].mean(axis=1)
-    assert worn[((1 - corners[:, 1]) * height).astype(int), (corners[:, 0] * width).astype(int)].mean() > 0.8
+    assert (
+        worn[((1 - corners[:, 1]) * height).astype(int), (corners[:, 0] * width).astype(int)].mean()
+        > 0.8
+    )
     changed = [recolor(avatar.texture, clothes, np.random.default_rng(seed)) for seed in range(6)]
     assert all(np.array_equal(texture[~worn], avatar.texture[~worn]) for texture in changed)
     means = np.array([texture[worn].mean(axis=0) for texture in changed])
@@ -47,9 +70,17 @@ def test_other_clothes_on_the_same_skin(avatar: Avatar) -> None:
 
 
 def test_every_pattern_fits_clothes_without_a_part() -> None:
-    """Barefoot in a shirt: no texel of the legs. Every kind of pattern is drawn there by some seed, and none of them fails."""
+    """Barefoot in a shirt: no texel of the legs. Every kind of pattern is drawn there by some seed,
+    and none of them fails."""
     rows, columns = np.divmod(np.arange(400), 20)
-    shirt = Wardrobe(rows, columns, np.full((400, 3), 50, np.float32), np.ones(400, np.float32), np.zeros(400, int), np.zeros(400, int))
+    shirt = Wardrobe(
+        rows,
+        columns,
+        np.full((400, 3), 50, np.float32),
+        np.ones(400, np.float32),
+        np.zeros(400, int),
+        np.zeros(400, int),
+    )
     texture = np.full((24, 24, 3), 90, np.uint8)
     made = [recolor(texture, shirt, np.random.default_rng(seed)) for seed in range(60)]
     assert len({one.tobytes() for one in made}) > 30

@@ -9,7 +9,8 @@ from tests.support.ellipsoid import RED
 
 
 def test_mirroring_is_a_symmetry_of_the_example(view: View, studio) -> None:
-    """The mirrored example of a mirrored world is consistent: points with negative distances stay inside of the mask."""
+    """The mirrored example of a mirrored world is consistent: points with negative distances stay
+    inside of the mask."""
     prepared = ViewReader()(view_path(studio, "training", 0))
     seen = {True: 0, False: 0}
     for seed in range(12):
@@ -30,7 +31,8 @@ def test_mirroring_is_a_symmetry_of_the_example(view: View, studio) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_points_follow_the_predicted_depth(studio, seed: int) -> None:
-    """Where the maps have a person 7 cm nearer than it is, its points are asked about 7 cm nearer; mirrored or not."""
+    """Where the maps have a person 7 cm nearer than it is, its points are asked about 7 cm nearer;
+    mirrored or not."""
     prepared = ViewReader()(view_path(studio, "training", 0))
     example = make_example(prepared, np.random.default_rng(seed), 256)
     rows, columns = prepared.nearest.astype(int)
@@ -38,7 +40,9 @@ def test_points_follow_the_predicted_depth(studio, seed: int) -> None:
     there = example.points["position"][:, 2]
     stay = align_example(prepared, example, true[..., ::-1] if example.mirrored else true)
     assert np.abs(stay["depth"] - there).max() < 5e-3
-    moved = align_example(prepared, example, (true[..., ::-1] if example.mirrored else true) + np.float32(0.07))
+    moved = align_example(
+        prepared, example, (true[..., ::-1] if example.mirrored else true) + np.float32(0.07)
+    )
     assert np.abs(moved["depth"] - there - 0.07).max() < 5e-3
     front = there > 0.2
     assert (moved["guide_distance"][front] > stay["guide_distance"][front] + 0.03).all()

@@ -24,7 +24,9 @@ def surrounded(view: View, rows: int) -> View:
     mask, things = view.mask.copy(), np.zeros_like(view.mask)
     mask[rows:], things[rows:] = 0, 255
     maps = {name: getattr(view, name) for name in view.encoded if name not in ("image", "mask")}
-    return dataclasses.replace(view, encoded=encode_pictures(view.image, 98, maps | {"mask": mask, "things": things}))
+    return dataclasses.replace(
+        view, encoded=encode_pictures(view.image, 98, maps | {"mask": mask, "things": things})
+    )
 
 
 def test_a_whole_person_stays_as_it_is(view: View) -> None:
@@ -44,20 +46,35 @@ def test_what_a_table_hides_is_not_asked_for(view: View) -> None:
     seen = framed(hidden, ellipsoid(0.9).faces)
     assert not seen.surrounded
     u, v, side = frame_box(seen.mask / 255)
-    assert (u, v, side) == pytest.approx((FRAME / 2, FRAME / 2, FRAME), abs=4)  # what is seen fills the frame
+    assert (u, v, side) == pytest.approx(
+        (FRAME / 2, FRAME / 2, FRAME), abs=4
+    )  # what is seen fills the frame
     low, high = frame_box(hidden.mask / 255, 1)[1:], seen.camera.scale / CAMERA.scale
     assert high == pytest.approx(FILL * FRAME / low[1], rel=0.01)
-    table = np.floor(float(seen.camera.project(CAMERA.unproject(np.array([[512.0, EDGE]]), np.zeros(1)))[0, 1])) / 2
+    table = (
+        np.floor(
+            float(
+                seen.camera.project(CAMERA.unproject(np.array([[512.0, EDGE]]), np.zeros(1)))[0, 1]
+            )
+        )
+        / 2
+    )
     assert np.isnan(seen.depth_front[int(table) + 2 :].astype(np.float32)).all()
     assert not seen.normals_back[int(table) + 2 :].any()
-    assert np.isfinite(seen.guide_depth_front[int(table / 2) + 4].astype(np.float32)).any()  # the guide is whole
+    assert np.isfinite(
+        seen.guide_depth_front[int(table / 2) + 4].astype(np.float32)
+    ).any()  # the guide is whole
     for points, given in ((seen.points, view.points), (seen.surface_points, view.surface_points)):
         assert 0.4 * len(given) < len(points) < 0.8 * len(given)
         assert (np.abs(place_of(points, seen.camera, FRAME)) <= 1).all()
     assert (CAMERA.project(seen.surface_points)[:, 1] < EDGE + 2).all()
     inside = np.linalg.norm(seen.points / [0.25, 0.85, 0.16], axis=1) < 1
-    assert ((seen.distance < 0) == inside)[np.abs(seen.distance.astype(np.float32)) > 0.01].all()  # distances go with their points
-    pixels = np.floor(seen.camera.project(seen.surface_points[seen.surface_visible]) / 2).astype(int)
+    assert ((seen.distance < 0) == inside)[
+        np.abs(seen.distance.astype(np.float32)) > 0.01
+    ].all()  # distances go with their points
+    pixels = np.floor(seen.camera.project(seen.surface_points[seen.surface_visible]) / 2).astype(
+        int
+    )
     z = seen.depth_front[pixels[:, 1].clip(0, 511), pixels[:, 0]].astype(np.float32)
     assert np.nanmedian(np.abs(z - seen.surface_points[seen.surface_visible][:, 2])) < 0.005
 

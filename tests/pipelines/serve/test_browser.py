@@ -1,4 +1,5 @@
-"""The page in a real browser: from a photo to files, two people at once, and a restart in the middle."""
+"""The page in a real browser: from a photo to files, two people at once, and a restart in the
+middle."""
 
 from __future__ import annotations
 
@@ -22,7 +23,9 @@ SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 300_000.0
 """Milliseconds for what may have to compute a person first, on a busy machine."""
 
-expect.set_options(timeout=60_000)  # five seconds by default, which a busy machine may need for a poll
+expect.set_options(
+    timeout=60_000
+)  # five seconds by default, which a busy machine may need for a poll
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +45,8 @@ def browser() -> Iterator[Browser]:
     ]
     with sync_playwright() as engine:
         opened = engine.chromium.launch(
-            executable_path=find_browser(), args=[*flags, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
+            executable_path=find_browser(),
+            args=[*flags, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
         )
         yield opened
         opened.close()
@@ -50,7 +54,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
-    """Opens the page in a browser of its own; in the end nothing has failed, and nothing but the server was asked."""
+    """Opens the page in a browser of its own; in the end nothing has failed, and nothing but the
+    server was asked."""
     contexts: list[BrowserContext] = []
     asked: list[Request] = []
     errors: list[str] = []
@@ -61,7 +66,12 @@ def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
         page = context.new_page()
         page.on("request", lambda request: asked.append(request))
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda line: errors.append(line.text) if "Content Security Policy" in line.text else None)
+        page.on(
+            "console",
+            lambda line: (
+                errors.append(line.text) if "Content Security Policy" in line.text else None
+            ),
+        )
         page.set_default_timeout(60_000)
         page.goto(server.address)
         expect(page.locator("body[data-ready=yes]")).to_be_visible(timeout=60_000)
@@ -70,7 +80,9 @@ def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
     yield opened
     for context in contexts:
         context.close()
-    assert [one.url for one in asked if not one.url.startswith((server.address, "blob:", "data:"))] == []
+    assert [
+        one.url for one in asked if not one.url.startswith((server.address, "blob:", "data:"))
+    ] == []
     assert errors == []
 
 
@@ -99,13 +111,17 @@ def order(page: Page, words: str, seconds: str = "1") -> str:
 def test_the_page_is_light_readable_and_named(visit: Callable[..., Page], server: Server) -> None:
     for scheme in ("light", "dark"):
         page = visit(viewport={"width": 360, "height": 740}, color_scheme=scheme)
-        for summary in page.locator("main summary").all():  # those inside of others become visible one after another
+        for summary in page.locator(
+            "main summary"
+        ).all():  # those inside of others become visible one after another
             if summary.is_visible():
                 summary.click()
         assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
         assert page.evaluate(CONTRAST) == []
         assert page.evaluate(NAMELESS) == []
-    blocking = [server.ask(path) for path in ("", "page/style.css")]  # all that the first paint waits for; scripts are modules
+    blocking = [
+        server.ask(path) for path in ("", "page/style.css")
+    ]  # all that the first paint waits for; scripts are modules
     assert sum(len(body) for _, _, body in blocking) < 40_000
 
 
@@ -126,8 +142,12 @@ def test_it_works_by_keyboard_alone(visit: Callable[..., Page]) -> None:
 
 def test_what_is_no_photo_and_whom_the_camera_does_not_see(visit: Callable[..., Page]) -> None:
     page = visit()
-    page.locator("#file").set_input_files({"name": "broken.jpg", "mimeType": "image/jpeg", "buffer": SAMPLE.read_bytes()[:3000]})
-    expect(page.locator("#photo-problem")).to_have_text(re.compile("This file is damaged or truncated"))
+    page.locator("#file").set_input_files(
+        {"name": "broken.jpg", "mimeType": "image/jpeg", "buffer": SAMPLE.read_bytes()[:3000]}
+    )
+    expect(page.locator("#photo-problem")).to_have_text(
+        re.compile("This file is damaged or truncated")
+    )
     page.get_by_role("button", name="Camera").click()
     page.locator("#delay").select_option("0")
     expect(page.locator("#snap")).to_be_enabled()
@@ -191,7 +211,9 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     expect(card.locator(".badge")).to_have_text("being made")
     expect(card.locator("progress")).to_be_visible()
     expect(card.locator(".now img, .now iframe").first).to_be_visible(timeout=LONG)
-    expect(card.locator(".left")).to_have_text(re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG)
+    expect(card.locator(".left")).to_have_text(
+        re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG
+    )
     expect(card.locator(".badge")).to_have_text("done", timeout=LONG)
 
     deadline = time.monotonic() + 60
@@ -199,15 +221,27 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
         assert time.monotonic() < deadline
         page.wait_for_timeout(100)
     card.get_by_role("tab", name="Character").click()
-    expect(page.frame_locator(".panel iframe").locator("body")).to_have_attribute("data-state", "ready", timeout=120_000)
+    expect(page.frame_locator(".panel iframe").locator("body")).to_have_attribute(
+        "data-state", "ready", timeout=120_000
+    )
     card.get_by_role("tab", name="Files").click()
     found = {}
     for link in card.locator(".files a").all():
         with page.expect_download() as download:
             link.click()
         found[link.inner_text()] = Path(download.value.path()).read_bytes()
-    assert set(found) == {"video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "report.json"}
-    assert all(data == (server.folder / "jobs" / job / name).read_bytes() for name, data in found.items())
+    assert set(found) == {
+        "video.mp4",
+        "front.mp4",
+        "character.glb",
+        "motion.bvh",
+        "motion.npz",
+        "preview.html",
+        "report.json",
+    }
+    assert all(
+        data == (server.folder / "jobs" / job / name).read_bytes() for name, data in found.items()
+    )
     with page.expect_download() as download:
         card.get_by_text("Download all").click()
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
@@ -221,8 +255,12 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     upload_sample(one)
     upload_sample(other)
     jobs = [order(one, "run", "0.5"), order(other, "jump", "0.5")]
-    expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(re.compile("waiting|being made|done"))  # each sees both
-    expect(other.locator(f"#job-{jobs[0]} .stage-text")).not_to_have_text("Starting", timeout=120_000)
+    expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(
+        re.compile("waiting|being made|done")
+    )  # each sees both
+    expect(other.locator(f"#job-{jobs[0]} .stage-text")).not_to_have_text(
+        "Starting", timeout=120_000
+    )
     server.end(signal.SIGKILL)
     expect(one.locator("#lost")).to_be_visible(timeout=30_000)
     again = Server(server.folder, server.port)
@@ -233,9 +271,13 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
             expect(page.locator(f"#job-{job} .badge")).to_have_text("done", timeout=LONG)
     third = order(other, "dance", "0.5")
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
-    for child in psutil.Process(server.process.pid).children():  # as the system does where the memory is used up
+    for child in psutil.Process(
+        server.process.pid
+    ).children():  # as the system does where the memory is used up
         child.kill()
-    expect(one.locator(f"#job-{third} .problem")).to_contain_text("has ended, most likely because the memory was used up")
+    expect(one.locator(f"#job-{third} .problem")).to_contain_text(
+        "has ended, most likely because the memory was used up"
+    )
     one.locator(f"#job-{third}").get_by_role("button", name="Try again").click()
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
     one.locator(f"#job-{third}").get_by_role("button", name="Cancel").click()
@@ -287,4 +329,6 @@ def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) 
     assert [name for name, _ in kept.limbs] == ["right_lower_arm"]
     assert [stroke.add for stroke in kept.strokes] == [False]
     now = server.state()["photos"][-1]
-    assert now["landmarks"][15][:2] == pytest.approx([kept.landmarks[0][1] * now["width"], kept.landmarks[0][2] * now["height"]], abs=1)
+    assert now["landmarks"][15][:2] == pytest.approx(
+        [kept.landmarks[0][1] * now["width"], kept.landmarks[0][2] * now["height"]], abs=1
+    )

@@ -19,7 +19,11 @@ from pipelines.serve.wishes import Wish
 from tests.support.page import Server, arrived, ready
 from tests.support.uploads import picture
 
-SAID = {"units": "fractions", "landmarks": {"left_wrist": [0.25, 0.5]}, "limbs": {"left_lower_arm": "back"}}
+SAID = {
+    "units": "fractions",
+    "landmarks": {"left_wrist": [0.25, 0.5]},
+    "limbs": {"left_lower_arm": "back"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +37,11 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 def test_what_cannot_be_is_told(server: Server) -> None:
     photo = server.state()["photos"][0]["id"]
-    for said, told in (({"limbs": {"tail": "front"}}, "unknown limb"), ({"person": 9}, "person is 9"), ({"mask": [{"add": [[0, 0]]}]}, "radius")):
+    for said, told in (
+        ({"limbs": {"tail": "front"}}, "unknown limb"),
+        ({"person": 9}, "person is 9"),
+        ({"mask": [{"add": [[0, 0]]}]}, "radius"),
+    ):
         for path, method in (("corrections", "PUT"), ("outline", "POST")):
             status, answer = server.say(f"api/photos/{photo}/{path}", said, method)
             assert status == 400
@@ -89,7 +97,15 @@ def test_a_path_is_points_and_nothing_else() -> None:
     assert wish.request("a.jpg").motion.path == "0,0 0,2 -1.5,3.25"
     wish.check_path()
     assert Wish(action="Walk").request("a.jpg").motion.path is None
-    for path in ("/etc/passwd", "0,0", "way.csv", "0,0 100,0", "0,0 1,nan", "0,0\n1,1", " ".join(["0,0"] * 41)):
+    for path in (
+        "/etc/passwd",
+        "0,0",
+        "way.csv",
+        "0,0 100,0",
+        "0,0 1,nan",
+        "0,0\n1,1",
+        " ".join(["0,0"] * 41),
+    ):
         with pytest.raises(InputError, match="path is"):
             Wish(action="Walk", path=path)
 

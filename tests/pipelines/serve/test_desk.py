@@ -1,4 +1,5 @@
-"""The queue while people change their minds and the disk is full. The child process here writes files and waits; it computes nothing."""
+"""The queue while people change their minds and the disk is full. The child process here writes
+files and waits; it computes nothing."""
 
 from __future__ import annotations
 
@@ -48,7 +49,11 @@ def no_orphans() -> Iterator[None]:
     """In the end no child process of a desk lives."""
     yield
     time.sleep(0.1)
-    assert [one for one in psutil.Process().children(recursive=True) if "A2V_TEST_WORK" in " ".join(one.cmdline())] == []
+    assert [
+        one
+        for one in psutil.Process().children(recursive=True)
+        if "A2V_TEST_WORK" in " ".join(one.cmdline())
+    ] == []
 
 
 def desk_of(folder: Path, *names: str) -> Desk:
@@ -82,7 +87,9 @@ def only(desk: Desk) -> Photo:
     return photo
 
 
-def test_a_job_that_is_cancelled_while_its_process_starts_is_not_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_job_that_is_cancelled_while_its_process_starts_is_not_computed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     start, begun = asyncio.create_subprocess_exec, list[float]()
 
     async def slowly(*words: Any, **how: Any) -> Any:
@@ -106,13 +113,18 @@ def test_a_job_that_is_cancelled_while_its_process_starts_is_not_computed(tmp_pa
         await until(lambda: jobs[1].status == "running")
         await until(lambda: (desk.library.place(jobs[1]) / "begun").exists())
         await desk.remove(only(desk))
-        assert not (desk.library.folder / "jobs").exists() or list((desk.library.folder / "jobs").iterdir()) == []
+        assert (
+            not (desk.library.folder / "jobs").exists()
+            or list((desk.library.folder / "jobs").iterdir()) == []
+        )
         assert desk.library.jobs == {}
 
     go(desk, change_of_mind)
 
 
-def test_a_photo_that_is_removed_while_it_is_looked_at_stays_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_photo_that_is_removed_while_it_is_looked_at_stays_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("A2V_TEST_WORK", "0.5")
     desk = desk_of(tmp_path, "one", "other")
 
@@ -128,7 +140,9 @@ def test_a_photo_that_is_removed_while_it_is_looked_at_stays_away(tmp_path: Path
     go(desk, change_of_mind)
 
 
-def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("A2V_TEST_WORK", "60")
     desk = desk_of(tmp_path, "one")
     photo = only(desk)
@@ -151,7 +165,9 @@ def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(tmp_path: Path,
     go(desk, late)
 
 
-def test_a_full_disk_ends_no_round_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_ends_no_round_and_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write, full = Library.write, [True]
 
     def written(library: Library, item: Photo | Job, folder: Path | None = None) -> None:
@@ -178,14 +194,19 @@ def test_a_full_disk_ends_no_round_and_is_told(tmp_path: Path, monkeypatch: pyte
         await until(lambda: job.status == "done")
 
     go(desk, while_it_is_full)
-    assert [photo.status for photo in Library(tmp_path / "page").photos.values()] == ["ready", "ready"]
+    assert [photo.status for photo in Library(tmp_path / "page").photos.values()] == [
+        "ready",
+        "ready",
+    ]
 
 
 def only_first(desk: Desk) -> Photo:
     return next(iter(desk.library.photos.values()))
 
 
-def test_a_round_that_fails_is_followed_by_another(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_round_that_fails_is_followed_by_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     desk = desk_of(tmp_path, "one")
     do, calls = desk._looker.do, list[int]()
 
@@ -204,7 +225,9 @@ def test_a_round_that_fails_is_followed_by_another(tmp_path: Path, capsys: pytes
     assert "a defect" in capsys.readouterr().err
 
 
-def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(tmp_path: Path) -> None:
+def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(
+    tmp_path: Path,
+) -> None:
     desk = desk_of(tmp_path, "same", "same", "other")
     store = Store(tmp_path / "store")
     with using(store):
@@ -226,8 +249,11 @@ def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(tmp
     go(desk, remove)
 
 
-def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Killed between the removal and the forgetting; of somebody whose photo came again meanwhile everything stays."""
+def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed between the removal and the forgetting; of somebody whose photo came again meanwhile
+    everything stays."""
     desk = desk_of(tmp_path, "gone", "back")
     store, names = Store(tmp_path / "store"), ("gone", "back")
     with using(store):
@@ -253,7 +279,9 @@ def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start
     assert [store.has(left[name]) for name in names] == [False, True]
 
 
-def test_a_cancellation_that_gets_lost_does_not_keep_the_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cancellation_that_gets_lost_does_not_keep_the_server(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """As by `asyncio.wait_for` of Python 3.10 and 3.11, which returns what is just done instead."""
     desk = desk_of(tmp_path)
     lost = list[int]()
@@ -290,7 +318,9 @@ def test_threads_answer_wait_for_their_turn_and_keep_nobody() -> None:
 
     async def all_of_them() -> list[Any]:
         threads = Threads(2)
-        return await asyncio.gather(*(threads.do(work, number) for number in range(5)), return_exceptions=True)
+        return await asyncio.gather(
+            *(threads.do(work, number) for number in range(5)), return_exceptions=True
+        )
 
     answers = asyncio.run(all_of_them())
     assert [str(answer) for answer in answers] == ["0", "1", "2", "three", "4"]
@@ -333,4 +363,7 @@ def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) 
     assert path.exists()
     again = Library(tmp_path)
     assert (list(again.photos), list(again.jobs), again.damaged) == ([photo.id], [], [])
-    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == ["original", "photo.json"]
+    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == [
+        "original",
+        "photo.json",
+    ]

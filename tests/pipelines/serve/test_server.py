@@ -34,7 +34,8 @@ SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server with a finished job that was written by hand: its files are real, nothing was computed."""
+    """A server with a finished job that was written by hand: its files are real, nothing was
+    computed."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
     photo = ready(library)
@@ -67,7 +68,9 @@ def test_the_token_is_its_users_alone(server: Server) -> None:
     assert stat.S_IMODE((server.folder / "token").stat().st_mode) == 0o600
 
 
-@pytest.mark.parametrize("path", ["/", "/api/state", "/x" * 20 + "/api/state", "//api/state", "/%C3%A9/", "/%ED%A0%80/"])
+@pytest.mark.parametrize(
+    "path", ["/", "/api/state", "/x" * 20 + "/api/state", "//api/state", "/%C3%A9/", "/%ED%A0%80/"]
+)
 def test_without_the_token_nothing_is_told(server: Server, path: str) -> None:
     status, _, body = server.ask(path, whole=True)
     assert status in (400, 403)
@@ -99,8 +102,14 @@ def test_other_hosts_and_origins_are_refused(server: Server, headers: dict[str, 
 
 
 def test_the_page_itself_may_ask(server: Server) -> None:
-    for host in (f"127.0.0.1:{server.port}", f"localhost:{server.port}", "localhost:9999"):  # the last: forwarded by ssh
-        status, headers, _ = server.ask("api/state", headers={"Host": host, "Origin": f"http://{host}"})
+    for host in (
+        f"127.0.0.1:{server.port}",
+        f"localhost:{server.port}",
+        "localhost:9999",
+    ):  # the last: forwarded by ssh
+        status, headers, _ = server.ask(
+            "api/state", headers={"Host": host, "Origin": f"http://{host}"}
+        )
         assert status == 200
         assert "access-control-allow-origin" not in headers
 
@@ -108,14 +117,24 @@ def test_the_page_itself_may_ask(server: Server) -> None:
 def test_every_answer_holds_the_browser_to_this_server(server: Server, job: dict) -> None:
     for path in ("", "api/state", "page/main.js", "nowhere", f"jobs/{job['id']}/video.mp4"):
         headers = server.ask(path)[1]
-        assert headers["content-security-policy"].startswith("default-src 'none'; script-src 'self'")
+        assert headers["content-security-policy"].startswith(
+            "default-src 'none'; script-src 'self'"
+        )
         assert "unsafe" not in headers["content-security-policy"]
         assert headers["referrer-policy"] == "no-referrer"
         assert headers["x-content-type-options"] == "nosniff"
         assert "server" not in headers
-    text = "".join(server.ask(f"page/{path.name}")[2].decode() for path in (ROOT / "pipelines/serve/page").iterdir() if path.suffix in (".html", ".css", ".js", ".svg"))
+    text = "".join(
+        server.ask(f"page/{path.name}")[2].decode()
+        for path in (ROOT / "pipelines/serve/page").iterdir()
+        if path.suffix in (".html", ".css", ".js", ".svg")
+    )
     assert "innerHTML" not in text
-    assert not [word for word in text.split() if "//" in word and "http" in word and "www.w3.org" not in word]
+    assert not [
+        word
+        for word in text.split()
+        if "//" in word and "http" in word and "www.w3.org" not in word
+    ]
 
 
 # --- what may come in
@@ -143,8 +162,12 @@ def test_the_size_is_checked_before_and_while_it_is_read(server: Server) -> None
     assert "larger than 40 MB" in json.loads(body)["problem"]
     for length in ("-1", "abc"):
         assert server.ask("api/photos", "POST", b"x", {"Content-Length": length})[0] in (400, 413)
-    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as wire:  # says nothing of its size and goes on and on
-        wire.sendall(f"POST /{server.token}/api/jobs HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n".encode())
+    with socket.create_connection(
+        ("127.0.0.1", server.port), timeout=30
+    ) as wire:  # says nothing of its size and goes on and on
+        wire.sendall(
+            f"POST /{server.token}/api/jobs HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n".encode()
+        )
         part = b"10000\r\n" + b"x" * 65536 + b"\r\n"
         wire.sendall(part * 3)
         assert b"413" in wire.recv(65536).split(b"\r\n")[0]
@@ -158,7 +181,9 @@ def test_a_name_is_words_to_show_and_never_a_path(server: Server) -> None:
     assert photo["title"] == "<b>passwd"
     assert (server.folder / "photos" / photo["id"] / "original").read_bytes() == picture()
     deadline = time.monotonic() + 120
-    while (seen := next(one for one in server.state()["photos"] if one["id"] == photo["id"]))["status"] == "looking":
+    while (seen := next(one for one in server.state()["photos"] if one["id"] == photo["id"]))[
+        "status"
+    ] == "looking":
         assert time.monotonic() < deadline
         time.sleep(0.3)
     assert seen["status"] == "unusable"  # noise: the detector has looked at it and found nobody
@@ -193,7 +218,12 @@ def test_a_hostile_wish_is_one_sentence(said: object) -> None:
 
 
 def test_hostile_requests_are_refused(server: Server, job: dict) -> None:
-    assert server.say("api/jobs", {"photo": job["photo"], "wish": {"action": "xyzzy plugh", "model": "cmu"}})[0] == 400
+    assert (
+        server.say(
+            "api/jobs", {"photo": job["photo"], "wish": {"action": "xyzzy plugh", "model": "cmu"}}
+        )[0]
+        == 400
+    )
     assert server.say("api/jobs", {"photo": "../..", "wish": {"action": "Walk"}})[0] == 400
     assert server.say("api/jobs", [[[[]]]])[0] == 400
     for body in (b"", b"{", b"\xff", b"[" * 60000, b"9" * 60000, b'{"photo":' * 5000):
@@ -206,7 +236,9 @@ def test_hostile_requests_are_refused(server: Server, job: dict) -> None:
 
 
 def test_words_are_understood(server: Server) -> None:
-    status, said = server.say("api/words", {"model": "cmu-fine", "text": "sneak for 3 s, then run away"})
+    status, said = server.say(
+        "api/words", {"model": "cmu-fine", "text": "sneak for 3 s, then run away"}
+    )
     assert status == 200
     assert [part["action"] for part in said["parts"]] == ["Sneak", "Run"]
 
@@ -244,7 +276,10 @@ def test_a_player_may_ask_for_parts(server: Server, job: dict) -> None:
     assert whole[0] == 200
     assert whole[1]["content-type"] == "video/mp4"
     assert (part[0], part[2]) == (206, b"ftyp")
-    assert 'filename="video.mp4"' in server.ask(f"jobs/{job['id']}/video.mp4?download")[1]["content-disposition"]
+    assert (
+        'filename="video.mp4"'
+        in server.ask(f"jobs/{job['id']}/video.mp4?download")[1]["content-disposition"]
+    )
 
 
 def test_every_action_has_its_figure(server: Server) -> None:
@@ -252,9 +287,15 @@ def test_every_action_has_its_figure(server: Server) -> None:
     assert set(book["actions"]) == {action for name in MODELS for action in actions_of(name)}
     sizes = {}
     for name, figure in book["actions"].items():
-        moves = np.frombuffer(base64.b64decode(figure), np.uint8).reshape(book["frames"], book["joints"], 2).astype(int)
+        moves = (
+            np.frombuffer(base64.b64decode(figure), np.uint8)
+            .reshape(book["frames"], book["joints"], 2)
+            .astype(int)
+        )
         sizes[name] = np.ptp(moves, axis=0).max(), np.ptp(moves[..., 1])
-    assert np.mean([moved > 4 for moved, _ in sizes.values()]) > 0.9  # some poses are held: a pistol is aimed, somebody sleeps
+    assert (
+        np.mean([moved > 4 for moved, _ in sizes.values()]) > 0.9
+    )  # some poses are held: a pistol is aimed, somebody sleeps
     assert np.median([tall for _, tall in sizes.values()]) > 150  # most stand
     assert server.ask("page/sample.webp")[1]["content-type"] == "image/webp"
 
@@ -270,7 +311,16 @@ def test_a_stage_that_is_not_made_has_no_picture(server: Server, job: dict) -> N
 
 
 def test_two_servers_do_not_share_a_folder(server: Server) -> None:
-    command = [sys.executable, "-m", "pipelines", "serve", "--folder", str(server.folder), "--port", "0"]
+    command = [
+        sys.executable,
+        "-m",
+        "pipelines",
+        "serve",
+        "--folder",
+        str(server.folder),
+        "--port",
+        "0",
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert "runs on" in done.stderr
@@ -307,7 +357,14 @@ builtins.print, Desk.close = address, closed
 serve.run(serve.Options(folder={str(tmp_path / "page")!r}, port=0))
 said("ended")
 """
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.stdout.split() == ["closed", "ended"], done.stderr
 
 
@@ -323,12 +380,23 @@ def test_records_that_are_none_of_ours_are_passed_over(tmp_path: Path) -> None:
     photo = arrived(library, b"x", "a")
     job = library.add_job(photo, Wish(action="Walk"))
     whole = json.loads((tmp_path / "jobs" / job.id / "job.json").read_text())
-    strange: list[str] = ["", "[]", "{}", '{"id": 5}', "[" * 10_000, json.dumps({"id": "x3", "nonsense": 1})]
+    strange: list[str] = [
+        "",
+        "[]",
+        "{}",
+        '{"id": 5}',
+        "[" * 10_000,
+        json.dumps({"id": "x3", "nonsense": 1}),
+    ]
     for number, (name, value) in enumerate(DAMAGE):
         strange.append(json.dumps(whole | {"id": f"{number:016x}", name: value}))
     strange.append(json.dumps(whole | {"id": "../../x"}))
     for number, text in enumerate(strange):
-        folder = tmp_path / "jobs" / (json.loads(text)["id"] if 6 <= number < 6 + len(DAMAGE) else f"x{number}")
+        folder = (
+            tmp_path
+            / "jobs"
+            / (json.loads(text)["id"] if 6 <= number < 6 + len(DAMAGE) else f"x{number}")
+        )
         folder.mkdir()
         (folder / "job.json").write_text(text)
     read = Library(tmp_path)
@@ -345,14 +413,22 @@ def test_records_that_are_none_of_ours_are_passed_over(tmp_path: Path) -> None:
 def test_the_clock_knows_more_as_frames_come(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    clock = Clock(frames=10, pictures=10, samples=256 * 256 * 8, known=True, measured={"frame": 1.0, "vertices": 0.0})
+    clock = Clock(
+        frames=10,
+        pictures=10,
+        samples=256 * 256 * 8,
+        known=True,
+        measured={"frame": 1.0, "vertices": 0.0},
+    )
     first = clock.take(Update("subject", 1, 1))
     assert first["left"] < 15  # type: ignore[operator]  # a remembered character costs nothing
     for done in range(1, 8):
         now[0] += 3
         said = clock.take(Update("frame", done, 10))
     assert said["stage"] == "Rendering 7 of 10"
-    assert said["left"] == pytest.approx(9 + 2.4, abs=1)  # three frames at three seconds, and what comes after
+    assert said["left"] == pytest.approx(
+        9 + 2.4, abs=1
+    )  # three frames at three seconds, and what comes after
     assert 0.5 < float(str(said["share"])) < 0.75
     assert clock.take(Update("frame", 10, 10))["share"] > said["share"]  # type: ignore[operator]
 

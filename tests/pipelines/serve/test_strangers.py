@@ -1,4 +1,5 @@
-"""Strangers at the page's door: texts that no encoding has, silent connections, many large photos, held downloads."""
+"""Strangers at the page's door: texts that no encoding has, silent connections, many large photos,
+held downloads."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ from tests.support.uploads import chunk
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server with one photo that is ready, whose job's record an older version had let in with half a character."""
+    """A server with one photo that is ready, whose job's record an older version had let in with
+    half a character."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
     photo = ready(library)
@@ -85,7 +87,9 @@ def test_a_record_that_cannot_be_told_is_counted_and_can_be_removed(server: Serv
 
 
 def test_texts_are_composed_and_lose_what_steers() -> None:
-    assert edge.clean({"cafe\u0301": ["a\u202eb\x00c\nd", 5, None]}) == {"caf\u00e9": ["a b c d", 5, None]}
+    assert edge.clean({"cafe\u0301": ["a\u202eb\x00c\nd", 5, None]}) == {
+        "caf\u00e9": ["a b c d", 5, None]
+    }
     with pytest.raises(InputError):
         edge.clean([{"x": ["\ud800"]}])
 
@@ -117,12 +121,18 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
     async def app(scope, receive, send) -> None:  # type: ignore[no-untyped-def]
         await asyncio.sleep(1.0 if "slow" in scope["path"] else 0)
-        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+        await send(
+            {"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]}
+        )
         await send({"type": "http.response.body", "body": b"ok"})
 
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
-    running = uvicorn.Server(uvicorn.Config(app, http=wire.protocol("key"), ws="none", lifespan="off", log_level="critical"))
+    running = uvicorn.Server(
+        uvicorn.Config(
+            app, http=wire.protocol("key"), ws="none", lifespan="off", log_level="critical"
+        )
+    )
     thread = threading.Thread(target=running.run, kwargs={"sockets": [listener]})
     thread.start()
     while not running.started:
@@ -188,7 +198,12 @@ def test_many_large_photos_at_once_are_not_held_in_memory(server: Server) -> Non
 def test_photos_are_decoded_elsewhere(server: Server) -> None:
     side = 7500
     head = chunk(b"IHDR", bytes.fromhex(f"{side:08x}{side:08x}0802000000"))
-    large = b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(bytes(side * (3 * side + 1)), 1)) + chunk(b"IEND", b"")
+    large = (
+        b"\x89PNG\r\n\x1a\n"
+        + head
+        + chunk(b"IDAT", zlib.compress(bytes(side * (3 * side + 1)), 1))
+        + chunk(b"IEND", b"")
+    )
     before, peak = memory(server), Path(f"/proc/{server.process.pid}/status")
     Path(f"/proc/{server.process.pid}/clear_refs").write_text("5")
     status, _, body = server.ask("api/photos?name=black", "POST", large)
@@ -197,7 +212,9 @@ def test_photos_are_decoded_elsewhere(server: Server) -> None:
     assert most - before < 60 << 20  # the pixels are 169 MB
     photo = json.loads(body)
     assert (photo["width"], photo["height"]) == (1280, 1280)
-    assert server.ask(f"photos/{photo['id']}/photo.jpg")[0] == 200  # at once, before anybody has looked
+    assert (
+        server.ask(f"photos/{photo['id']}/photo.jpg")[0] == 200
+    )  # at once, before anybody has looked
     assert server.ask(f"api/photos/{photo['id']}", "DELETE")[0] == 200
     time.sleep(1.5)
     assert not (server.folder / "photos" / photo["id"]).exists()
@@ -206,7 +223,8 @@ def test_photos_are_decoded_elsewhere(server: Server) -> None:
 def test_a_photo_that_breaks_off_leaves_nothing(server: Server) -> None:
     with socket.create_connection(("127.0.0.1", server.port), timeout=30) as wire_:
         wire_.sendall(
-            f"POST /{server.token}/api/photos HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n\r\n".encode() + bytes(5000)
+            f"POST /{server.token}/api/photos HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n\r\n".encode()
+            + bytes(5000)
         )
         time.sleep(0.3)
     deadline = time.monotonic() + 10
@@ -226,4 +244,6 @@ def test_an_archive_is_made_while_it_is_read(tmp_path: Path) -> None:
     with zipfile.ZipFile(io.BytesIO(b"".join(parts))) as archive:
         assert archive.testzip() is None
         assert archive.namelist() == ["a/large.bin", "small.txt"]
-        assert all(archive.read(name) == (tmp_path / name).read_bytes() for name in archive.namelist())
+        assert all(
+            archive.read(name) == (tmp_path / name).read_bytes() for name in archive.namelist()
+        )

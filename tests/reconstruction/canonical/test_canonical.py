@@ -1,4 +1,5 @@
-"""The canonical character: its mesh, what it observes, and that nothing of the photo's pose remains."""
+"""The canonical character: its mesh, what it observes, and that nothing of the photo's pose
+remains."""
 
 from __future__ import annotations
 
@@ -16,7 +17,13 @@ from a2v.geometry.mesh import is_closed, vertex_areas
 from a2v.geometry.rays import RayScene
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.borders import Borders
-from a2v.reconstruction.canonical import CharacterSettings, Sight, canonical_person, hangs_between_legs, is_canonical
+from a2v.reconstruction.canonical import (
+    CharacterSettings,
+    Sight,
+    canonical_person,
+    hangs_between_legs,
+    is_canonical,
+)
 from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
@@ -64,15 +71,21 @@ def _default() -> np.ndarray:
     from a2v.body.registry import load_body_model
 
     model = load_body_model("anny")
-    return np.concatenate([model.rest(torch.from_numpy(model.shape_default))[0].numpy(), teeth().vertices])
+    return np.concatenate(
+        [model.rest(torch.from_numpy(model.shape_default))[0].numpy(), teeth().vertices]
+    )
 
 
-def test_a_coat_of_known_thickness_is_found(person: Reconstruction, body: Body, dressed: Reconstruction) -> None:
+def test_a_coat_of_known_thickness_is_found(
+    person: Reconstruction, body: Body, dressed: Reconstruction
+) -> None:
     from scipy.spatial import cKDTree
 
     surface = person.surface
     assert surface.standing is not None
-    trunk = on_parts(surface.standing.parts, "torso", "left_thigh", "right_thigh", "left_shin", "right_shin")
+    trunk = on_parts(
+        surface.standing.parts, "torso", "left_thigh", "right_thigh", "left_shin", "right_shin"
+    )
     away = cKDTree(dressed.surface.vertices).query(surface.vertices[trunk])[0]
     assert np.median(away) < 0.008  # cells of 12 mm
     skin = cKDTree(body.vertices).query(surface.vertices[trunk])[0]
@@ -83,7 +96,12 @@ def test_hands_are_the_bodys_own(person: Reconstruction, body: Body) -> None:
     standing, mesh = person.surface.standing, topology()
     assert standing is not None
     own = np.flatnonzero(on_parts(standing.parts[: mesh.first], "left_hand"))
-    fingers = own[body.weights[own][:, [i for i, name in enumerate(body.bone_names) if name.startswith("finger")]].sum(axis=1) > 0.5]
+    fingers = own[
+        body.weights[own][
+            :, [i for i, name in enumerate(body.bone_names) if name.startswith("finger")]
+        ].sum(axis=1)
+        > 0.5
+    ]
     assert np.abs(person.surface.vertices[fingers] - body.vertices[fingers]).max() < 0.004
 
 
@@ -92,7 +110,9 @@ def test_it_stands_on_the_ground_and_moves_by_its_bones(person: Reconstruction, 
     assert abs(float(character.surface.vertices[:, 1].min())) < 1e-5
     assert np.allclose(character.weights.sum(axis=1), 1, atol=1e-5)
     back = deform(character, body.bone_transforms)
-    assert np.abs(back - person.surface.vertices).max() < 0.03  # the head alone is turned by its landmarks
+    assert (
+        np.abs(back - person.surface.vertices).max() < 0.03
+    )  # the head alone is turned by its landmarks
     feet = on_parts(character.parts, "left_foot", "right_foot")
     assert np.abs(back - person.surface.vertices)[feet].max() < 1e-4
 
@@ -107,7 +127,9 @@ def test_the_face_has_all_expressions_and_lies_on_the_photos(person: Reconstruct
     assert len(moved) < len(person.surface.vertices) / 2
 
 
-def test_a_character_and_what_it_is_of_survive_the_disk(person: Reconstruction, tmp_path: object) -> None:
+def test_a_character_and_what_it_is_of_survive_the_disk(
+    person: Reconstruction, tmp_path: object
+) -> None:
     path = f"{tmp_path}/person.npz"
     person.save(path)
     again = Reconstruction.load(path)
@@ -136,11 +158,23 @@ def test_a_shoes_tip_is_one(person: Reconstruction, body: Body) -> None:
     vertices = standing.vertices.astype(np.float64)
     tip = in_tips(body, vertices, standing.parts) & (vertices[:, 0] > 0)
     flat = vertices[tip][:, [0, 2]]
-    grid = np.stack(np.meshgrid(*(np.arange(low, high, 0.002) for low, high in zip(flat.min(axis=0), flat.max(axis=0), strict=True))), axis=-1).reshape(-1, 2)
+    grid = np.stack(
+        np.meshgrid(
+            *(
+                np.arange(low, high, 0.002)
+                for low, high in zip(flat.min(axis=0), flat.max(axis=0), strict=True)
+            )
+        ),
+        axis=-1,
+    ).reshape(-1, 2)
     grid = grid[Delaunay(flat).find_simplex(grid) >= 0]
-    above = np.stack([grid[:, 0], np.full(len(grid), 0.2) + vertices[tip, 1].min(), grid[:, 1]], axis=1)
+    above = np.stack(
+        [grid[:, 0], np.full(len(grid), 0.2) + vertices[tip, 1].min(), grid[:, 1]], axis=1
+    )
     own = mesh.faces[tip[mesh.faces].any(axis=1)]
-    hits = RayScene(standing.vertices, own).cast(above.astype(np.float32), np.tile(np.float32([0, -1, 0]), (len(above), 1)))
+    hits = RayScene(standing.vertices, own).cast(
+        above.astype(np.float32), np.tile(np.float32([0, -1, 0]), (len(above), 1))
+    )
     assert hits.hit.mean() > 0.995  # .98 between toes
 
 
@@ -157,22 +191,34 @@ def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None
     assert bare is not None
     assert bare[20:40, 90:110].all()
     assert not bare[150:].any()
-    assert bare_hands(dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image), arms, 2) is None
+    assert (
+        bare_hands(
+            dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image), arms, 2
+        )
+        is None
+    )
     assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms, 2) is None
 
 
 def test_an_arm_that_is_fitted_wrongly_is_where_its_landmarks_are(body: Body) -> None:
     subject = blank_subject(2048)
-    joints = [body.bone_transforms[body.bone_names.index(f"{bone}.L"), :3, 3] for bone in ("upperarm01", "lowerarm01", "wrist")]
+    joints = [
+        body.bone_transforms[body.bone_names.index(f"{bone}.L"), :3, 3]
+        for bone in ("upperarm01", "lowerarm01", "wrist")
+    ]
     keypoints = np.array(subject.keypoints)
     keypoints[[11, 13, 15], :2] = CAMERA.project(np.stack(joints))
     keypoints[[17, 19], :2] = keypoints[15, :2] + [0, 40]
     keypoints[:, 2] = 1
     lower = PARTS.index("left_lower_arm")
-    at_body = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    at_body = arms_by_landmarks(
+        dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2
+    )
     assert not at_body[1][lower]
     keypoints[15, :2] = CAMERA.project(joints[0]) + np.array([-300, 300])
-    crossed, better = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    crossed, better = arms_by_landmarks(
+        dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2
+    )
     assert better[lower]
     column, row = (keypoints[15, :2] / 2).astype(int)
     assert crossed[lower, row, column]
@@ -184,7 +230,13 @@ def test_unknown_displacements_are_the_twins() -> None:
     parts = np.zeros(len(rest), np.int64)
     left = mesh.skin & (rest[:, 0] > 0.02)
     offset = np.where(left, 0.03, 0.0)
-    found = solve_offsets(RestMesh(rest, mesh.faces, parts, mesh.twin), offset, left.astype(float), fixed=~mesh.skin, smoothing=0.007)
+    found = solve_offsets(
+        RestMesh(rest, mesh.faces, parts, mesh.twin),
+        offset,
+        left.astype(float),
+        fixed=~mesh.skin,
+        smoothing=0.007,
+    )
     right = mesh.skin & (rest[:, 0] < -0.05)
     assert np.abs(found[right] - 0.03).mean() < 0.003
 
@@ -192,7 +244,10 @@ def test_unknown_displacements_are_the_twins() -> None:
 def test_borders_are_drawn_within_triangles() -> None:
     faces = np.array([[0, 1, 2], [2, 1, 3]])
     colors = np.array([[1.0, 0, 0], [0, 0, 1.0], [1.0, 0, 0], [0, 0, 1.0]])
-    borders = Borders(np.array([[1.0, 0], [0, 1.0], [1.0, 0], [0, 1.0]], np.float32), np.stack([colors[[0] * 4], colors[[1] * 4]]).astype(np.float32))
+    borders = Borders(
+        np.array([[1.0, 0], [0, 1.0], [1.0, 0], [0, 1.0]], np.float32),
+        np.stack([colors[[0] * 4], colors[[1] * 4]]).astype(np.float32),
+    )
     share = np.linspace(0, 1, 21)
     weight = np.stack([1 - share, share, np.zeros(21)], axis=1)[..., None]
     drawn = borders.colors(np.tile(faces[0], (21, 1)), weight)
@@ -218,7 +273,13 @@ def test_the_width_of_a_face_is_in_pixels(body: Body) -> None:
 
 def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) -> None:
     heads = body.bone_transforms[:, :3, 3]
-    legs = heads[[body.bone_names.index(f"{bone}{side}") for bone in ("upperleg01", "lowerleg01", "foot") for side in (".L", ".R")]]
+    legs = heads[
+        [
+            body.bone_names.index(f"{bone}{side}")
+            for bone in ("upperleg01", "lowerleg01", "foot")
+            for side in (".L", ".R")
+        ]
+    ]
     skirt = coated(body, cell=0.02, coat=0.01, ball=((legs[2] + legs[3]) / 2, 0.3))
     subject = photographed(body)
     assert hangs_between_legs(skirt.surface, body, subject, CAMERA)
@@ -226,25 +287,46 @@ def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) ->
     image = np.full_like(subject.image, 200)
     between = int(CAMERA.project(legs.mean(axis=0))[0])
     image[:, between - 22 : between + 22] = 0
-    other = dataclasses.replace(subject, image=image)  # what is seen between white legs is black: the background
+    other = dataclasses.replace(
+        subject, image=image
+    )  # what is seen between white legs is black: the background
     assert not hangs_between_legs(skirt.surface, body, other, CAMERA)
 
 
 def test_the_seat_of_a_seated_persons_trousers_is_no_skirt(body: Body) -> None:
-    """Thighs raised by 80 degrees: what fills the place between them, but not between the shins, does not hang."""
-    turned, transforms = Rotation.from_euler("x", -80, degrees=True).as_matrix(), body.bone_transforms.astype(np.float64).copy()
-    shins = np.concatenate([subtree(body.bone_parents, body.bone_names.index(f"lowerleg01{side}")) for side in (".L", ".R")])
+    """Thighs raised by 80 degrees: what fills the place between them, but not between the shins,
+    does not hang."""
+    turned, transforms = (
+        Rotation.from_euler("x", -80, degrees=True).as_matrix(),
+        body.bone_transforms.astype(np.float64).copy(),
+    )
+    shins = np.concatenate(
+        [
+            subtree(body.bone_parents, body.bone_names.index(f"lowerleg01{side}"))
+            for side in (".L", ".R")
+        ]
+    )
     for side in (".L", ".R"):
         leg = subtree(body.bone_parents, body.bone_names.index(f"upperleg01{side}"))
         hip = transforms[body.bone_names.index(f"upperleg01{side}"), :3, 3].copy()
         knee = transforms[body.bone_names.index(f"lowerleg01{side}"), :3, 3].copy()
-        transforms[leg, :3, :3], transforms[leg, :3, 3] = turned @ transforms[leg, :3, :3], hip + (transforms[leg, :3, 3] - hip) @ turned.T
+        transforms[leg, :3, :3], transforms[leg, :3, 3] = (
+            turned @ transforms[leg, :3, :3],
+            hip + (transforms[leg, :3, 3] - hip) @ turned.T,
+        )
         moved = hip + turned @ (knee - hip)
         own = np.intersect1d(leg, shins)  # they hang
-        transforms[own, :3, :3], transforms[own, :3, 3] = turned.T @ transforms[own, :3, :3], moved + (transforms[own, :3, 3] - moved) @ turned
+        transforms[own, :3, :3], transforms[own, :3, 3] = (
+            turned.T @ transforms[own, :3, :3],
+            moved + (transforms[own, :3, 3] - moved) @ turned,
+        )
     seated = reskinned(body, transforms)
-    knees = transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
-    hips = transforms[[body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    knees = transforms[
+        [body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
+    ].mean(axis=0)
+    hips = transforms[
+        [body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], :3, 3
+    ].mean(axis=0)
     seat = coated(seated, cell=0.02, coat=0.01, ball=((hips + knees) / 2, 0.13))
     subject = photographed(seated)
     assert not hangs_between_legs(seat.surface, seated, subject, CAMERA)
@@ -253,7 +335,9 @@ def test_the_seat_of_a_seated_persons_trousers_is_no_skirt(body: Body) -> None:
 
 
 def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
-    knees = body.bone_transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    knees = body.bone_transforms[
+        [body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3
+    ].mean(axis=0)
     skirt = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
     made = canonical_person(Sight(photographed(body), body, CAMERA, skirt), hangs=True)
     mesh, standing = topology(), made.surface.standing
@@ -263,7 +347,9 @@ def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
     assert is_closed(made.surface.vertices, made.surface.faces)
     hem = made.surface.vertices[len(mesh.twin) :, 1].min()
     assert knees[1] - 0.14 - 0.06 < hem < knees[1] - 0.02
-    sides = body.rest_transforms[[body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], 0, 3]
+    sides = body.rest_transforms[
+        [body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], 0, 3
+    ]
     assert np.ptp(standing.vertices[len(mesh.twin) :, 0]) > np.ptp(sides) + 0.15
     uv = layout(512, count).uv
     assert uv.min() >= 0
@@ -281,15 +367,20 @@ def test_background_between_two_legs_is_not_the_persons() -> None:
     for leg in (slice(120, 180), slice(220, 280)):
         image[100:400, leg], shown[100:400, leg] = (200, 40, 40), PARTS.index("left_thigh")
     mask[100:400, 120:280] = 1
-    taken = like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0)
+    taken = like_surroundings(
+        dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0
+    )
     assert taken[150:380, 185:215].mean() > 0.95
     assert not taken[150:380, 130:170].any()
     image[100:400, 180:220] = (200, 40, 40)
-    assert not like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0).any()
+    assert not like_surroundings(
+        dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0
+    ).any()
 
 
 def test_a_neckline_is_the_trunks_and_a_hands_colour_on_it_is_not() -> None:
-    """A trunk of blue cloth with a neckline of skin; a hand before it, of which the fit shows the lower half alone."""
+    """A trunk of blue cloth with a neckline of skin; a hand before it, of which the fit shows the
+    lower half alone."""
     shown = np.full((200, 200), -1)
     shown[:40, 60:140], shown[40:, 20:180] = PARTS.index("head"), PARTS.index("torso")
     shown[150:170, 80:140] = PARTS.index("left_hand")

@@ -39,7 +39,9 @@ def lying(surface: Surface) -> np.ndarray:
     return np.asarray(np.einsum("kc,kcd->kd", weights, surface.vertices[ids].astype(np.float64)))
 
 
-def test_a_face_that_is_turned_away_keeps_the_models_features_and_all_expressions(averted: Reconstruction, body: Body) -> None:
+def test_a_face_that_is_turned_away_keeps_the_models_features_and_all_expressions(
+    averted: Reconstruction, body: Body
+) -> None:
     subject = photographed(body, turned=55.0)
     assert subject.face is not None
     assert turned_away(subject.face) > 50
@@ -57,13 +59,17 @@ def test_a_face_that_is_turned_away_keeps_the_models_features_and_all_expression
     assert np.degrees(np.arctan2(abs(across[2]), across[0])) == pytest.approx(55.0, abs=8.0)
 
 
-def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(averted: Reconstruction) -> None:
+def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(
+    averted: Reconstruction,
+) -> None:
     surface = averted.surface
     assert surface.face is not None
     photo = np.zeros((2048, 2048, 3), np.float32)
     landmarks = surface.face.landmarks.copy()
     landmarks[:, 0] += 9.0  # the photo's face lies beside the surface's
-    surface = dataclasses.replace(surface, face=dataclasses.replace(surface.face, landmarks=landmarks))
+    surface = dataclasses.replace(
+        surface, face=dataclasses.replace(surface.face, landmarks=landmarks)
+    )
     column, row = np.round(landmarks[4, :2]).astype(int)  # the nose
     photo[row - 4 : row + 5, column - 4 : column + 5] = 1.0
     moved, made = drawn_over(photo, surface, CAMERA)
@@ -76,13 +82,17 @@ def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(avert
     assert np.hypot(column - expected[4, 0], row - expected[4, 1]) > 5.0
 
 
-def test_what_the_photo_hides_of_a_head_is_the_other_half(body: Body, dressed: Reconstruction) -> None:
+def test_what_the_photo_hides_of_a_head_is_the_other_half(
+    body: Body, dressed: Reconstruction
+) -> None:
     """The left half of the head, as behind a hand, has the right half's texture place by place."""
     subject = photographed(body)
     image = subject.image.copy()
     columns, rows = np.meshgrid(np.arange(2048), np.arange(2048))
     image[..., 0] = np.where(rows // 12 % 2, 220, 60)
-    image[..., 2] = np.where(columns > CAMERA.center_u, 255, 0)  # the hidden half, picture right, is blue
+    image[..., 2] = np.where(
+        columns > CAMERA.center_u, 255, 0
+    )  # the hidden half, picture right, is blue
     subject = dataclasses.replace(subject, image=image)
     surface = canonical_person(Sight(subject, body, CAMERA, dressed)).surface
     canvas = canvas_of(surface, subject, body, CAMERA, size=256)
@@ -93,7 +103,9 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(body: Body, dressed: R
     photo = PhotoProjection(surface, subject, CAMERA)
     photo.canvas = canvas
     faces, vertices = surface.faces.astype(np.int64), surface.vertices.astype(np.float64)
-    mesh = ColoredMesh(vertices, faces, vertex_normals(surface.vertices, faces), np.zeros(vertices.shape))
+    mesh = ColoredMesh(
+        vertices, faces, vertex_normals(surface.vertices, faces), np.zeros(vertices.shape)
+    )
     head = on_parts(canvas.parts, "head")[faces].all(axis=1)
     hidden = faces[head & (vertices[faces][..., 0] > 0.01).all(axis=1)]
     weight = np.full((len(hidden), 3, 1), 1 / 3)
@@ -103,7 +115,10 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(body: Body, dressed: R
     assert good.sum() > 200
     assert colors[good, 2].max() < 0.1
     assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
-    known = canvas.agrees(CAMERA.project(vertices), canvas.parts) * photo.trust(vertices, mesh.normals) > 0.5
+    known = (
+        canvas.agrees(CAMERA.project(vertices), canvas.parts) * photo.trust(vertices, mesh.normals)
+        > 0.5
+    )
     lent = lent_to(canvas, known)
     assert lent.sum() > 100
     assert known[canvas.twin[lent]].all()

@@ -27,13 +27,18 @@ def test_an_outline_tells_more_of_a_displacement_than_a_guess_along_the_ray():
 
 
 def test_what_one_photo_alone_knows_is_taken_from_it():
-    offset, weight = merged([observed(0.02, 1.0), observed(0.0, 1.0)], [np.full(1, 0.35), np.zeros(1)])
+    offset, weight = merged(
+        [observed(0.02, 1.0), observed(0.0, 1.0)], [np.full(1, 0.35), np.zeros(1)]
+    )
     assert offset[0] == pytest.approx(0.02)
     assert weight[0] == pytest.approx(0.35)
 
 
 def test_the_order_of_observations_means_nothing():
-    seen, weights = [observed(0.02, 0.8), observed(0.01, 0.3), observed(0.03, -0.5)], [np.full(1, value) for value in (1.0, 0.8, 0.35)]
+    seen, weights = (
+        [observed(0.02, 0.8), observed(0.01, 0.3), observed(0.03, -0.5)],
+        [np.full(1, value) for value in (1.0, 0.8, 0.35)],
+    )
     first, second = merged(seen, weights), merged(seen[::-1], weights[::-1])
     assert first[0] == pytest.approx(second[0])
     assert first[1] == pytest.approx(second[1])
@@ -57,7 +62,9 @@ def test_the_photo_that_sees_a_place_best_has_it_nearly_alone():
     trust, color = mixed([np.array([[0.9]]), np.array([[0.3]])], [red, blue])
     assert trust[0, 0] == 0.9
     assert color[0, 0] > 0.98
-    assert mixed([np.array([[0.5]]), np.array([[0.5]])], [red, blue])[1][0] == pytest.approx([0.5, 0, 0.5])
+    assert mixed([np.array([[0.5]]), np.array([[0.5]])], [red, blue])[1][0] == pytest.approx(
+        [0.5, 0, 0.5]
+    )
 
 
 def test_vertices_that_the_main_photo_shows_alone_keep_its_colours_to_the_bit():
@@ -75,15 +82,21 @@ def test_vertices_that_the_main_photo_shows_alone_keep_its_colours_to_the_bit():
 def test_an_exposure_is_found_by_parts_that_both_photos_show():
     rng = np.random.default_rng(1)
     parts = np.repeat([PARTS.index(name) for name in ("torso", "left_thigh", "head")], 400)
-    albedo = np.repeat([[0.3, 0.25, 0.2], [0.1, 0.12, 0.3], [0.4, 0.3, 0.2]], 400, axis=0) * rng.uniform(0.8, 1.2, (1200, 1))
+    albedo = np.repeat(
+        [[0.3, 0.25, 0.2], [0.1, 0.12, 0.3], [0.4, 0.3, 0.2]], 400, axis=0
+    ) * rng.uniform(0.8, 1.2, (1200, 1))
     gain = np.array([1.5, 1.2, 0.9])
     front = np.arange(1200) % 2 == 0
     theirs = albedo.copy()
     theirs[parts == PARTS.index("head")] *= 3.0  # hair behind, a face before
     canvas = SimpleNamespace(parts=parts)
-    found = exposure(canvas, (front, linear_to_srgb(albedo)), (~front, linear_to_srgb(theirs / gain)))  # type: ignore[arg-type]
+    found = exposure(
+        canvas, (front, linear_to_srgb(albedo)), (~front, linear_to_srgb(theirs / gain))
+    )  # type: ignore[arg-type]
     assert found == pytest.approx(gain, rel=0.03)
-    assert exposure(canvas, (front, linear_to_srgb(albedo)), (np.zeros(1200, bool), theirs)) == pytest.approx(1.0)  # type: ignore[arg-type]
+    assert exposure(
+        canvas, (front, linear_to_srgb(albedo)), (np.zeros(1200, bool), theirs)
+    ) == pytest.approx(1.0)  # type: ignore[arg-type]
     assert srgb_to_linear(linear_to_srgb(albedo)) == pytest.approx(albedo, abs=1e-6)
 
 
@@ -101,21 +114,28 @@ def test_a_person_before_and_behind_has_the_colours_of_both_photos():
     sights = []
     for body, color in ((front, (200, 90, 90)), (turned(front, np.pi), (90, 90, 200))):
         subject, camera = near_view(body, distance=3.0, pitch=0.1)
-        subject = dataclasses.replace(subject, image=np.tile(np.array(color, np.uint8), (480, 480, 1)))
+        subject = dataclasses.replace(
+            subject, image=np.tile(np.array(color, np.uint8), (480, 480, 1))
+        )
         person: Reconstruction = coated(body, cell=0.02, coat=0.01)
         sights.append(Sight(subject, body, camera, person))
     main, other = sights
     made = canonical_person(main, others=[other])
     assert made.surface.provenance["photos"] == 2
     plain = ColorSettings(texture=256, synthesis=False, delight=False)
-    colored = color_by_photo(made, main.subject, main.body, main.camera, settings=plain, others=[other])
+    colored = color_by_photo(
+        made, main.subject, main.body, main.camera, settings=plain, others=[other]
+    )
     assert np.array_equal(colored.vertices, made.surface.vertices)
     assert colored.visible is not None
     assert colored.visible.mean() > 0.45  # teeth, mouth and what limbs hide are never seen
     assert colored.standing is not None
     depth = colored.vertices[:, 2] - np.median(colored.vertices[:, 2])
     trunk = colored.standing.parts == PARTS.index("torso")
-    before, behind = (np.median(colored.colors[trunk & own & colored.visible], axis=0) for own in (depth > 0.05, depth < -0.08))
+    before, behind = (
+        np.median(colored.colors[trunk & own & colored.visible], axis=0)
+        for own in (depth > 0.05, depth < -0.08)
+    )
     assert before[0] > before[2] + 0.1
     gain = np.array(colored.provenance["exposures"][0])
     blue = linear_to_srgb(srgb_to_linear(np.array([90, 90, 200]) / 255) * gain)

@@ -4,16 +4,29 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.reconstruction.implicit.inputs import FRAME, GuideMesh, frame_box, guide_input, make_frame, mask_distance, photo_input, place_of
+from a2v.reconstruction.implicit.inputs import (
+    FRAME,
+    GuideMesh,
+    frame_box,
+    guide_input,
+    make_frame,
+    mask_distance,
+    photo_input,
+    place_of,
+)
 from a2v.types import OrthographicCamera
 from tests.support.ellipsoid import AXES, CAMERA, ellipsoid
 
 
 @pytest.mark.parametrize(
-    ("height", "width", "left", "top", "tall"), [(700, 500, 120, 40, 600), (90, 70, 20, 5, 80), (3000, 2000, 700, 300, 2400)]
+    ("height", "width", "left", "top", "tall"),
+    [(700, 500, 120, 40, 600), (90, 70, 20, 5, 80), (3000, 2000, 700, 300, 2400)],
 )
-def test_a_point_lands_on_its_pixel_in_the_frame(height: int, width: int, left: int, top: int, tall: int) -> None:
-    """A coloured spot keeps its place in the world whatever the photo's size; the person fills 0.9 of the frame."""
+def test_a_point_lands_on_its_pixel_in_the_frame(
+    height: int, width: int, left: int, top: int, tall: int
+) -> None:
+    """A coloured spot keeps its place in the world whatever the photo's size; the person fills 0.9
+    of the frame."""
     wide = tall // 4
     image, mask = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.float32)
     mask[top : top + tall, left : left + wide] = 1
@@ -38,7 +51,11 @@ def test_an_empty_mask_is_refused() -> None:
 def test_the_guide_knows_inside_and_outside_front_and_back() -> None:
     mesh = ellipsoid()
     guide = GuideMesh(mesh.vertices, mesh.faces)
-    distance, normals = guide.at(np.array([[0, 0, 0], [0, 0, AXES[2] + 0.1], [0, 0, -AXES[2] - 0.1], [0.9, 0, 0]], np.float32))
+    distance, normals = guide.at(
+        np.array(
+            [[0, 0, 0], [0, 0, AXES[2] + 0.1], [0, 0, -AXES[2] - 0.1], [0.9, 0, 0]], np.float32
+        )
+    )
     assert distance == pytest.approx([-AXES[2], 0.1, 0.1, 0.9 - AXES[0]], abs=2e-3)
     assert normals[1] == pytest.approx([0, 0, 1], abs=0.05)
     assert normals[2] == pytest.approx([0, 0, -1], abs=0.05)

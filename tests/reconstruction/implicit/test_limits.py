@@ -1,4 +1,5 @@
-"""A shell around a dressed body: what is spun between limbs is cut, what no network sees is whole, and details within it stay."""
+"""A shell around a dressed body: what is spun between limbs is cut, what no network sees is whole,
+and details within it stay."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ def rod(x: float, z: float) -> trimesh.Trimesh:
 
 @pytest.fixture(scope="module")
 def limits() -> ShellLimits:
-    """Two legs, one before the other and 12 cm aside, in the middle of a mask that leaves room around them."""
+    """Two legs, one before the other and 12 cm aside, in the middle of a mask that leaves room
+    around them."""
     both = trimesh.util.concatenate([rod(0.06, APART / 2), rod(-0.06, -APART / 2)])
     grid = Grid(np.array([-0.25, -0.7, -0.35]), 0.01, (51, 141, 71))
     field = signed_distance(np.asarray(both.vertices), np.asarray(both.faces), grid, band=4)
@@ -37,7 +39,14 @@ def limits() -> ShellLimits:
     mask[100:900, 262:762] = 1  # half a metre to each side
     frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA)
     bare = np.zeros(grid.shape[:2], np.float32)
-    dressed = DressedBody(field, grid, bare, np.asarray(both.vertices), np.asarray(both.faces), np.zeros(len(both.vertices), np.int8))
+    dressed = DressedBody(
+        field,
+        grid,
+        bare,
+        np.asarray(both.vertices),
+        np.asarray(both.faces),
+        np.zeros(len(both.vertices), np.int8),
+    )
     return ShellLimits.of(SimpleNamespace(frame=frame), dressed)  # type: ignore[arg-type]
 
 
@@ -45,14 +54,24 @@ def held(points: np.ndarray) -> np.ndarray:
     """The true distance to the legs."""
     ends = np.clip(points[:, 1], -0.5, 0.5)
     ways = [
-        np.linalg.norm(points - np.stack([np.full(len(ends), x), ends, np.full(len(ends), z)], axis=1), axis=1)
+        np.linalg.norm(
+            points - np.stack([np.full(len(ends), x), ends, np.full(len(ends), z)], axis=1), axis=1
+        )
         for x, z in ((0.06, APART / 2), (-0.06, -APART / 2))
     ]
     return np.minimum(*ways) - RADIUS
 
 
 def test_nothing_is_spun_between_legs_and_no_leg_is_lost(limits: ShellLimits) -> None:
-    points = np.array([[0.06, 0, APART / 2], [-0.06, 0.2, -APART / 2], [0.0, 0, 0.0], [0.02, 0.2, 0.02], [0.06, 0, 0.3]])
+    points = np.array(
+        [
+            [0.06, 0, APART / 2],
+            [-0.06, 0.2, -APART / 2],
+            [0.0, 0, 0.0],
+            [0.02, 0.2, 0.02],
+            [0.06, 0, 0.3],
+        ]
+    )
     slab, empty = (limits.keep(points, np.full(5, value, np.float32)) for value in (-0.1, 0.1))
     assert (slab[:2] < 0).all()
     assert (slab[2:] > 0.01).all()  # between them, and before the first
@@ -63,15 +82,32 @@ def test_nothing_is_spun_between_legs_and_no_leg_is_lost(limits: ShellLimits) ->
 def test_details_within_the_shell_stay(limits: ShellLimits) -> None:
     # on lines out of the front of the first leg; the legs are as thick as 14 cm
     out = np.linspace(-0.03, 0.03, 121)
-    points = np.stack([np.full(len(out), 0.06), np.zeros(len(out)), APART / 2 + RADIUS + out], axis=1)
-    for shift, expected in ((0.003, 0.003), (-0.005, -0.005), (0.05, THICKER * 2 * RADIUS), (-0.05, -min(THINNER * 2 * RADIUS, BAND))):
+    points = np.stack(
+        [np.full(len(out), 0.06), np.zeros(len(out)), APART / 2 + RADIUS + out], axis=1
+    )
+    for shift, expected in (
+        (0.003, 0.003),
+        (-0.005, -0.005),
+        (0.05, THICKER * 2 * RADIUS),
+        (-0.05, -min(THINNER * 2 * RADIUS, BAND)),
+    ):
         kept = limits.keep(points, (held(points) - shift).astype(np.float32))
         assert out[np.flatnonzero(kept < 0).max()] == pytest.approx(expected, abs=0.002)
 
 
 def test_the_mask_and_the_other_leg_narrow_the_shell(limits: ShellLimits) -> None:
-    near, far = np.array([[0.06 + RADIUS + 0.004, 0, APART / 2]]), np.array([[0.06, 0, APART / 2 + RADIUS + 0.004]])
-    narrow = ShellLimits(limits.dressed, limits.places, limits.outwards, limits.inwards, np.full((FRAME, FRAME), 0.01, np.float32), CAMERA)
+    near, far = (
+        np.array([[0.06 + RADIUS + 0.004, 0, APART / 2]]),
+        np.array([[0.06, 0, APART / 2 + RADIUS + 0.004]]),
+    )
+    narrow = ShellLimits(
+        limits.dressed,
+        limits.places,
+        limits.outwards,
+        limits.inwards,
+        np.full((FRAME, FRAME), 0.01, np.float32),
+        CAMERA,
+    )
     inside = np.full(1, -0.1, np.float32)
     assert limits.keep(near, inside)[0] < 0
     assert limits.keep(far, inside)[0] < 0
@@ -90,7 +126,9 @@ def test_the_mask_and_the_other_leg_narrow_the_shell(limits: ShellLimits) -> Non
 
 def test_networks_do_not_tear_cloth_between_the_legs(limits: ShellLimits) -> None:
     cloth = dataclasses.replace(limits.dressed, cloth=np.ones_like(limits.dressed.cloth))
-    frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), np.ones((FRAME, FRAME), np.float32), CAMERA)
+    frame = Frame(
+        np.zeros((FRAME, FRAME, 3), np.uint8), np.ones((FRAME, FRAME), np.float32), CAMERA
+    )
     held_fast = ShellLimits.of(SimpleNamespace(frame=frame), cloth)  # type: ignore[arg-type]
     within = np.array([[0.06, 0, APART / 2 + RADIUS - 0.01]])
     nothing = np.full(1, 0.1, np.float32)

@@ -1,4 +1,5 @@
-"""The shipped networks on the body with a jacket, hair and a skirt, which looks like nobody that they have seen."""
+"""The shipped networks on the body with a jacket, hair and a skirt, which looks like nobody that
+they have seen."""
 
 from __future__ import annotations
 
@@ -12,7 +13,13 @@ from scipy.spatial import cKDTree
 from a2v.body import PARTS, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import silhouette_iou
-from a2v.reconstruction import ColorEvidence, ColorSettings, ImplicitSettings, color_surface, implicit_surface
+from a2v.reconstruction import (
+    ColorEvidence,
+    ColorSettings,
+    ImplicitSettings,
+    color_surface,
+    implicit_surface,
+)
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.photographs import JACKET
@@ -22,7 +29,9 @@ Scene = tuple[Subject, Body, OrthographicCamera]
 
 @pytest.fixture(scope="module")
 def surface(scene: Scene) -> Surface:
-    return implicit_surface(*scene, settings=ImplicitSettings(resolution=256, vertices=25_000, threads=1))
+    return implicit_surface(
+        *scene, settings=ImplicitSettings(resolution=256, vertices=25_000, threads=1)
+    )
 
 
 def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Surface) -> None:
@@ -36,15 +45,23 @@ def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Sur
     distance, _ = cKDTree(surface.vertices).query(body.vertices)
     assert np.median(distance) < 0.02
     found = nearest_spots(surface.vertices, body).parts
-    assert {PARTS.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")} <= set(found.tolist())
+    assert {
+        PARTS.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")
+    } <= set(found.tolist())
 
 
 def test_the_unseen_side_takes_the_networks_colours(scene: Scene, surface: Surface) -> None:
     subject, body, camera = scene
     evidence = ColorEvidence(prior=surface.colors, spots=nearest_spots(surface.vertices, body))
-    colored = color_surface(surface, subject, camera, evidence=evidence, settings=ColorSettings(texture=0))
+    colored = color_surface(
+        surface, subject, camera, evidence=evidence, settings=ColorSettings(texture=0)
+    )
     height = surface.vertices[:, 1] / np.ptp(surface.vertices[:, 1])
-    back = (height > 0.6) & (height < 0.75) & (surface.vertices[:, 2] < np.median(surface.vertices[:, 2]) - 0.05)
+    back = (
+        (height > 0.6)
+        & (height < 0.75)
+        & (surface.vertices[:, 2] < np.median(surface.vertices[:, 2]) - 0.05)
+    )
     back &= np.abs(surface.vertices[:, 0]) < 0.1
     assert back.sum() > 100
     jacket = np.median(colored.colors[back], axis=0)
@@ -59,4 +76,6 @@ def test_wrong_weights_are_told(scene: Scene, tmp_path) -> None:
         ImplicitModel.load(tmp_path)
     subject, body, camera = scene
     with pytest.raises(InputError, match="mask is empty"):
-        implicit_surface(dataclasses.replace(subject, mask=np.zeros_like(subject.mask)), body, camera)
+        implicit_surface(
+            dataclasses.replace(subject, mask=np.zeros_like(subject.mask)), body, camera
+        )

@@ -8,7 +8,12 @@ import pytest
 from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.implicit.inputs import FRAME, Frame, GuideMesh
-from a2v.reconstruction.implicit.surface import ImplicitSettings, expected_normals, rim_levels, smooth_surface
+from a2v.reconstruction.implicit.surface import (
+    ImplicitSettings,
+    expected_normals,
+    rim_levels,
+    smooth_surface,
+)
 from tests.support.ellipsoid import AXES, CAMERA, ellipsoid
 
 BOUNDS = np.stack([-AXES - 0.05, AXES + 0.05])
@@ -16,7 +21,8 @@ BOUNDS = np.stack([-AXES - 0.05, AXES + 0.05])
 
 @pytest.fixture(scope="module")
 def person() -> SimpleNamespace:
-    """Networks that see the ellipsoid, but its left half (x > 0) 6 mm too thin; their maps hold the true normals."""
+    """Networks that see the ellipsoid, but its left half (x > 0) 6 mm too thin; their maps hold the
+    true normals."""
     mesh = ellipsoid()
     solid = GuideMesh(mesh.vertices, mesh.faces)
     maps = solid.maps(CAMERA, FRAME)
@@ -25,7 +31,11 @@ def person() -> SimpleNamespace:
     return SimpleNamespace(
         frame=Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA),
         distance=lambda points: solid.at(points)[0] + 0.006 * (points[:, 0] > 0),
-        maps={"maps": np.concatenate([normals, np.zeros((2, *normals.shape[1:]))])[None].astype(np.float32)},
+        maps={
+            "maps": np.concatenate([normals, np.zeros((2, *normals.shape[1:]))])[None].astype(
+                np.float32
+            )
+        },
     )
 
 
@@ -62,7 +72,9 @@ def test_smoothing_leaves_what_is_not_shared() -> None:
     assert smooth_surface(bumpy, mesh.faces, share, 0) is bumpy
 
 
-@pytest.mark.parametrize("bad", [{"smoothing": -1}, {"smoothing": 99}, {"relief": -0.1}, {"resolution": 10}])
+@pytest.mark.parametrize(
+    "bad", [{"smoothing": -1}, {"smoothing": 99}, {"relief": -0.1}, {"resolution": 10}]
+)
 def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
     with pytest.raises(InputError):
         ImplicitSettings(**bad)

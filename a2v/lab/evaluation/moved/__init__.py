@@ -1,1 +1,2 @@
-"""How good a person is who is moved: characters from ordinary photographs, put into other poses beside the truth in the same poses."""
+"""How good a person is who is moved: characters from ordinary photographs, put into other poses
+beside the truth in the same poses."""

@@ -29,7 +29,15 @@ from a2v.lab.studio.posing import avatar_body
 from a2v.lab.studio.scene import sort_faces
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.solid import smooth_normals
-from a2v.lab.studio.stand import Outfit, PreparedAvatar, Sitting, Stand, draw_outfit, prepare_avatar, stand
+from a2v.lab.studio.stand import (
+    Outfit,
+    PreparedAvatar,
+    Sitting,
+    Stand,
+    draw_outfit,
+    prepare_avatar,
+    stand,
+)
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
 from a2v.lab.studio.things.framing import Square
 from a2v.lab.studio.things.solids import Thing
@@ -97,8 +105,11 @@ class MovedCase(Record):
     facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
-def open_moved_case(pin: Pin, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None) -> MovedCase:
-    """A pinned photo and its person; kept in the folder `kept`, if there is one, and read from there the next time.
+def open_moved_case(
+    pin: Pin, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None
+) -> MovedCase:
+    """A pinned photo and its person; kept in the folder `kept`, if there is one, and read from
+    there the next time.
 
     Parameters
     ----------
@@ -112,7 +123,11 @@ def open_moved_case(pin: Pin, data: str | os.PathLike[str], kept: str | os.PathL
     InputError
         The avatar, a motion or the archive is missing or broken.
     """
-    path = None if kept is None else Path(kept) / f"{pin.index:06d}-{pin.avatar}-{pin.stance}-{VERSION}.npz"
+    path = (
+        None
+        if kept is None
+        else Path(kept) / f"{pin.index:06d}-{pin.avatar}-{pin.stance}-{VERSION}.npz"
+    )
     if path is not None and path.exists():
         return MovedCase.load(path)
     prepared = _person(pin.avatar, Path(data))
@@ -122,7 +137,10 @@ def open_moved_case(pin: Pin, data: str | os.PathLike[str], kept: str | os.PathL
     transforms = np.stack([outfit.avatar.rest_transforms, *_frames(outfit.avatar, Path(data))])
     placed = [outfit.avatar.skin(pose) for pose in transforms]
     hips = transforms[:, outfit.avatar.bone_names.index("Hips"), :3, 3]
-    grounded = [points - np.array([at[0], points[:, 1].min(), at[2]], np.float32) for points, at in zip(placed, hips, strict=True)]
+    grounded = [
+        points - np.array([at[0], points[:, 1].min(), at[2]], np.float32)
+        for points, at in zip(placed, hips, strict=True)
+    ]
     case = MovedCase(
         name=outfit.avatar.name,
         index=pin.index,
@@ -147,16 +165,26 @@ def _person(name: str, data: Path) -> PreparedAvatar:
         return dress(named_person(name), Wardrobes(data)).prepared
     path = data / "avatars" / f"{name}.glb"
     if not path.exists():
-        raise InputError(f"there is no avatar {path}; give the data's folder with all of its avatars")
+        raise InputError(
+            f"there is no avatar {path}; give the data's folder with all of its avatars"
+        )
     return prepare_avatar(str(path))
 
 
 def _textured(outfit: Outfit, vertices: FloatArray) -> Surface:
     own = dataclasses.replace(outfit.prepared.avatar, texture=outfit.texture)
-    return Surface(vertices=vertices.astype(np.float32), faces=own.faces, colors=own.vertex_colors(), uv=own.uv, texture=own.texture)
+    return Surface(
+        vertices=vertices.astype(np.float32),
+        faces=own.faces,
+        colors=own.vertex_colors(),
+        uv=own.uv,
+        texture=own.texture,
+    )
 
 
-def _photographed(outfit: Outfit, stance: str, generator: np.random.Generator) -> tuple[Photograph, OrthographicCamera]:
+def _photographed(
+    outfit: Outfit, stance: str, generator: np.random.Generator
+) -> tuple[Photograph, OrthographicCamera]:
     """A photo of somebody in a class of `ORDINARY`, and its camera, in metres."""
     pose, yaw, held = draw_ordinary(stance, outfit.avatar, generator)
     placed = stand(outfit, pose, yaw, generator, distance=_DISTANCE, height=_HEIGHT)
@@ -169,7 +197,9 @@ def _photographed(outfit: Outfit, stance: str, generator: np.random.Generator) -
     things = clutter.solids(placed, generator) if held is not None else None
     if things is not None:
         thing, patterns = things
-        shown = among(shown, Thing(thing.vertices - origin, thing.faces, thing.uv, thing.patterns), patterns)
+        shown = among(
+            shown, Thing(thing.vertices - origin, thing.faces, thing.uv, thing.patterns), patterns
+        )
     surface = shown.surface
     rays = RayScene(surface.vertices, surface.faces)
     fore = side_view(rays, shown.normals, camera, FILM.size, FILM.shadows, 1)

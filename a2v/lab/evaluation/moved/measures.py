@@ -1,4 +1,5 @@
-"""A moved character beside the true person in the same poses: shape, what is torn, colours of other parts, pictures from four sides."""
+"""A moved character beside the true person in the same poses: shape, what is torn, colours of other
+parts, pictures from four sides."""
 
 from __future__ import annotations
 
@@ -19,7 +20,16 @@ from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surface
 from a2v.lab.studio.solid import OPEN_RAYS, open_faces
 from a2v.lab.studio.texture import texture_at
-from a2v.types import BoolArray, Camera, Character, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+from a2v.types import (
+    BoolArray,
+    Camera,
+    Character,
+    FloatArray,
+    IntArray,
+    OrthographicCamera,
+    Subject,
+    Surface,
+)
 
 LONG_EDGE = 0.04
 """A triangle is torn where an edge is longer than this, metres, and stretched by `STRETCH`."""
@@ -30,7 +40,8 @@ OWN_REACH = 0.06
 OTHER_REACH = 0.12
 """Beyond this, metres, they are another part's."""
 OWN_COLOR = 20.0
-"""A place is of another part's colour where its colour is farther than this from all its own, CIELAB units (lightness counts half)."""
+"""A place is of another part's colour where its colour is farther than this from all its own,
+CIELAB units (lightness counts half)."""
 OTHER_COLOR = 10.0
 """And nearer than this to one of the other part, in the same units."""
 SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
@@ -78,11 +89,16 @@ class Moved:
 
     def surface(self, pose: int) -> Surface:
         """The character's surface in a pose."""
-        return dataclasses.replace(self.character.surface, vertices=self.vertices[pose].astype(np.float32), face=None)
+        return dataclasses.replace(
+            self.character.surface, vertices=self.vertices[pose].astype(np.float32), face=None
+        )
 
 
-def move(case: MovedCase, character: Character, camera: Camera, subject: Subject, settings: MovedSettings) -> Moved:
-    """Put a character into the poses of a case by skinning, and align each with the truth (rigid, ICP).
+def move(
+    case: MovedCase, character: Character, camera: Camera, subject: Subject, settings: MovedSettings
+) -> Moved:
+    """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
+    ICP).
 
     The character's metre is the truth's: both are measured by the photo's pixels.
 
@@ -98,7 +114,12 @@ def move(case: MovedCase, character: Character, camera: Camera, subject: Subject
     for pose, transforms in enumerate(poses):
         vertices = scale * deform(character, transforms).astype(np.float64)
         true = case.vertices[pose].astype(np.float64)
-        low, high, lowest, highest = vertices.min(axis=0), vertices.max(axis=0), true.min(axis=0), true.max(axis=0)
+        low, high, lowest, highest = (
+            vertices.min(axis=0),
+            vertices.max(axis=0),
+            true.min(axis=0),
+            true.max(axis=0),
+        )
         vertices += (lowest + highest - low - high) / 2
         triangles = true[case.surface.faces[case.outer]]
         truth = RayScene(case.vertices[pose], case.surface.faces[case.outer])
@@ -110,27 +131,41 @@ def move(case: MovedCase, character: Character, camera: Camera, subject: Subject
 
 
 def _points(vertices: FloatArray, faces: IntArray, settings: MovedSettings) -> FloatArray:
-    plain = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.zeros(vertices.shape, np.float32))
+    plain = Surface(
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=np.zeros(vertices.shape, np.float32),
+    )
     return sample_surface(plain, settings.points, seed=settings.seed)[0]
 
 
-def compare_moved(case: MovedCase, moved: Moved, settings: MovedSettings) -> dict[str, dict[str, float]]:
-    """By pose, the first ones of `POSES`: Chamfer distance and the distance that 99 % of the points keep (cm), torn area (%), PSNR (dB) and SSIM, means of
-    four sides; in T-pose also the share of the surface with another part's colour (%).
+def compare_moved(
+    case: MovedCase, moved: Moved, settings: MovedSettings
+) -> dict[str, dict[str, float]]:
+    """By pose, the first ones of `POSES`: Chamfer distance and the distance that 99 % of the points
+    keep (cm), torn area (%), PSNR (dB) and SSIM, means of four sides; in T-pose also the share of
+    the surface with another part's colour (%).
     """
     values = {}
     for pose, name in enumerate(POSES[: len(moved.vertices)]):
         values[name] = _distances(case, moved, pose, settings)
-        values[name]["torn"] = 100 * torn_share(moved.made, moved.vertices[pose], moved.character.surface.faces)
+        values[name]["torn"] = 100 * torn_share(
+            moved.made, moved.vertices[pose], moved.character.surface.faces
+        )
         values[name] |= _pictures(case, moved, pose, settings)
         if name == T_POSE:
             values[name]["other"] = 100 * _other_colors(case, moved, pose, settings)
     return values
 
 
-def _distances(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> dict[str, float]:
+def _distances(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
+) -> dict[str, float]:
     faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
-    mine, theirs = _points(moved.vertices[pose], faces, settings), _points(case.vertices[pose], outer, settings)
+    mine, theirs = (
+        _points(moved.vertices[pose], faces, settings),
+        _points(case.vertices[pose], outer, settings),
+    )
     forth = RayScene(case.vertices[pose], outer).closest(mine).distance
     back = RayScene(moved.vertices[pose], faces).closest(theirs).distance
     return {
@@ -140,11 +175,16 @@ def _distances(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
 
 
 def torn_share(made: FloatArray, posed: FloatArray, faces: IntArray) -> float:
-    """Share of the area of `posed` (V, 3) in torn triangles (`LONG_EDGE`, `STRETCH`); `made` (V, 3) is where the character was made."""
+    """Share of the area of `posed` (V, 3) in torn triangles (`LONG_EDGE`, `STRETCH`); `made` (V, 3)
+    is where the character was made."""
     long = _edges(posed, faces)
-    torn = ((long > LONG_EDGE) & (long > STRETCH * np.maximum(_edges(made, faces), 1e-9))).any(axis=1)
+    torn = ((long > LONG_EDGE) & (long > STRETCH * np.maximum(_edges(made, faces), 1e-9))).any(
+        axis=1
+    )
     corners = posed[faces]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     return float(areas[torn].sum() / max(float(areas.sum()), 1e-12))
 
 
@@ -155,7 +195,8 @@ def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
-    """Share of what can be seen of the character that has another part's colour; of both, the mouth from within is left out."""
+    """Share of what can be seen of the character that has another part's colour; of both, the mouth
+    from within is left out."""
     surface = moved.surface(pose)
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
     mine, colors = colored_points(surface, outer_faces(surface), settings.colored, settings.seed)
@@ -164,13 +205,17 @@ def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSetti
 
 
 def outer_faces(surface: Surface) -> IntArray:
-    """Numbers (n,) of the faces that are seen from somewhere, by the rule that sorts the truth's: not those of the mouth from within."""
+    """Numbers (n,) of the faces that are seen from somewhere, by the rule that sorts the truth's:
+    not those of the mouth from within."""
     faces = surface.faces.astype(np.int64)
     return np.flatnonzero(open_faces(surface.vertices, faces, rays=OPEN_RAYS))
 
 
-def of_other_parts(points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray) -> BoolArray:
-    """Which of `points` (N, 3), metres, of `colors` (N, 3), CIELAB, have a colour that the truth (M, 3) has elsewhere alone.
+def of_other_parts(
+    points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
+) -> BoolArray:
+    """Which of `points` (N, 3), metres, of `colors` (N, 3), CIELAB, have a colour that the truth
+    (M, 3) has elsewhere alone.
 
     See `OWN_COLOR`. Shading and light that no part has count for nothing here.
     """
@@ -186,13 +231,20 @@ def of_other_parts(points: FloatArray, colors: FloatArray, true_points: FloatArr
         members = members or [nearest[index]]
         wrong[index] = float(np.linalg.norm(truth[members] - own[index], axis=1).min()) > OWN_COLOR
     asked = np.flatnonzero(wrong)
-    for index, alike in zip(asked, cKDTree(truth).query_ball_point(own[asked], OTHER_COLOR), strict=True):
-        wrong[index] = bool(alike) and bool((np.linalg.norm(true_points[alike] - points[index], axis=1) > OTHER_REACH).any())
+    for index, alike in zip(
+        asked, cKDTree(truth).query_ball_point(own[asked], OTHER_COLOR), strict=True
+    ):
+        wrong[index] = bool(alike) and bool(
+            (np.linalg.norm(true_points[alike] - points[index], axis=1) > OTHER_REACH).any()
+        )
     return wrong
 
 
-def colored_points(surface: Surface, chosen: IntArray, count: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Points (count, 3) uniform by area on the `chosen` faces (n,) of a surface, and their colours (count, 3), CIELAB."""
+def colored_points(
+    surface: Surface, chosen: IntArray, count: int, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Points (count, 3) uniform by area on the `chosen` faces (n,) of a surface, and their colours
+    (count, 3), CIELAB."""
     import cv2
     import trimesh
 
@@ -203,12 +255,16 @@ def colored_points(surface: Surface, chosen: IntArray, count: int, seed: int) ->
     if surface.texture is None:
         colors = np.einsum("nk,nkc->nc", weights, surface.colors[surface.faces[chosen[face]]])
     else:
-        colors = linear_to_srgb(texture_at(surface, chosen[face], weights[:, 1:].astype(np.float32)))
+        colors = linear_to_srgb(
+            texture_at(surface, chosen[face], weights[:, 1:].astype(np.float32))
+        )
     lab = cv2.cvtColor(np.ascontiguousarray(colors[None], np.float32), cv2.COLOR_RGB2LAB)[0]
     return np.asarray(points, np.float64), np.asarray(lab, np.float64)
 
 
-def _pictures(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> dict[str, float]:
+def _pictures(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
+) -> dict[str, float]:
     """PSNR and SSIM over what either covers, means of four sides; unlit."""
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
     mine, scores = moved.surface(pose), []
@@ -219,14 +275,23 @@ def _pictures(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings)
     return {"psnr": float(psnr), "ssim": float(ssim)}
 
 
-def _seen(surface: Surface, framed: FloatArray, turn: float, size: int) -> tuple[FloatArray, BoolArray]:
-    """A surface's colours (size, size, 3) and mask from a side, in the square around `framed` (V, 3)."""
+def _seen(
+    surface: Surface, framed: FloatArray, turn: float, size: int
+) -> tuple[FloatArray, BoolArray]:
+    """A surface's colours (size, size, 3) and mask from a side, in the square around `framed` (V,
+    3)."""
     middle = (framed.min(axis=0) + framed.max(axis=0)) / 2
     extent = 1.15 * float(np.ptp(framed, axis=0).max())
     angle = np.radians(-turn)
-    rotation = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
-    turned = dataclasses.replace(surface, vertices=((surface.vertices - middle) @ rotation.T).astype(np.float32))
+    rotation = np.array(
+        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    )
+    turned = dataclasses.replace(
+        surface, vertices=((surface.vertices - middle) @ rotation.T).astype(np.float32)
+    )
     camera = OrthographicCamera(scale=size / extent, center_u=size / 2, center_v=size / 2)
-    normals = vertex_normals(turned.vertices.astype(np.float64), turned.faces.astype(np.int64)).astype(np.float32)
+    normals = vertex_normals(
+        turned.vertices.astype(np.float64), turned.faces.astype(np.int64)
+    ).astype(np.float32)
     maps = surface_maps(turned, normals, camera, (size, size), size=size, side=1)
     return maps.colors, maps.mask

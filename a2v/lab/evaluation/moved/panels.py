@@ -1,7 +1,8 @@
-"""The photos of the benchmark, pinned one by one: who, the number that everything else is drawn from, and the class of the pose.
+"""The photos of the benchmark, pinned one by one: who, the number that everything else is drawn
+from, and the class of the pose.
 
-Nobody in them is in any training data. `development` is looked at while things are changed; `final` are other people, looked at when the
-work is done.
+Nobody in them is in any training data. `development` is looked at while things are changed; `final`
+are other people, looked at when the work is done.
 """
 
 from __future__ import annotations
@@ -26,5 +27,7 @@ _FINAL = (
     "makehuman-20 50016 phone, X_NHPI_F_3_Casual 50017 pockets, X_NHPI_M_1_Util 50018 walk, makehuman-21 50019 feet_crossed"
 )
 
-MOVED_PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType({"development": read_pins(_DEVELOPMENT), "final": read_pins(_FINAL)})
+MOVED_PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType(
+    {"development": read_pins(_DEVELOPMENT), "final": read_pins(_FINAL)}
+)
 """The lists of photos by name; a pin's `stance` is one of `a2v.studio.ordinary.ORDINARY`."""

@@ -1,4 +1,5 @@
-"""What moved people look like: the photo, the character in T-pose and in motion, and the truth below it."""
+"""What moved people look like: the photo, the character in T-pose and in motion, and the truth
+below it."""
 
 from __future__ import annotations
 
@@ -19,17 +20,26 @@ _BORDER = 1.1
 
 
 def moved_rows(case: MovedCase, moved: Moved, *, size: int = 220) -> ByteArray:
-    """A picture (2 size, W, 3): photo, T-pose from three sides, frames of motion from before and (the last two) from behind; the truth below."""
+    """A picture (2 size, W, 3): photo, T-pose from three sides, frames of motion from before and
+    (the last two) from behind; the truth below."""
     import cv2
 
     rows = []
     for true in (False, True):
         pictures = (
-            [cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA)] if not true else [np.full((size, size, 3), 235, np.uint8)]
+            [cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA)]
+            if not true
+            else [np.full((size, size, 3), 235, np.uint8)]
         )
         for pose in range(len(moved.vertices)):
-            surface = dataclasses.replace(case.surface, vertices=case.vertices[pose]) if true else moved.surface(pose)
-            turns = T_TURNS if pose == 0 else (FRAME_TURN + (180.0 if pose >= len(POSES) - 2 else 0.0),)
+            surface = (
+                dataclasses.replace(case.surface, vertices=case.vertices[pose])
+                if true
+                else moved.surface(pose)
+            )
+            turns = (
+                T_TURNS if pose == 0 else (FRAME_TURN + (180.0 if pose >= len(POSES) - 2 else 0.0),)
+            )
             pictures += [_look(surface, case.vertices[pose], turn, size) for turn in turns]
         rows.append(np.hstack(pictures))
     label = f"{case.index} {case.name} {case.stance}"
@@ -40,4 +50,10 @@ def moved_rows(case: MovedCase, moved: Moved, *, size: int = 220) -> ByteArray:
 def _look(surface: Surface, framed: FloatArray, turn: float, size: int) -> ByteArray:
     """A picture (size, size, 3) of a surface in the square around `framed` (V, 3)."""
     low, high = framed.min(axis=0), framed.max(axis=0)
-    return preview_surface(surface, azimuth=turn, size=size, center=(low + high) / 2, extent=_BORDER * float((high - low).max()))
+    return preview_surface(
+        surface,
+        azimuth=turn,
+        size=size,
+        center=(low + high) / 2,
+        extent=_BORDER * float((high - low).max()),
+    )

@@ -53,18 +53,28 @@ class MovedOutcome:
         """Of the T-pose, or the mean of the frames of `motion`."""
         if not motion:
             return self.scores[T_POSE][metric]
-        return float(np.mean([values[metric] for pose, values in self.scores.items() if pose != T_POSE]))
+        return float(
+            np.mean([values[metric] for pose, values in self.scores.items() if pose != T_POSE])
+        )
 
 
 def moved_table(outcomes: Sequence[MovedOutcome]) -> str:
-    """Means ± half widths of 95 % intervals over the photos, a row for each method, in T-pose and in motion."""
-    labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS]
-    lines = [f"| Character | photos | {' | '.join(labels)} | triangles |", "|---" * (len(labels) + 3) + "|"]
+    """Means ± half widths of 95 % intervals over the photos, a row for each method, in T-pose and
+    in motion."""
+    labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [
+        f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS
+    ]
+    lines = [
+        f"| Character | photos | {' | '.join(labels)} | triangles |",
+        "|---" * (len(labels) + 3) + "|",
+    ]
     for method in dict.fromkeys(outcome.method for outcome in outcomes):
         mine = [outcome for outcome in outcomes if outcome.method == method]
         good = [outcome for outcome in mine if not outcome.failure]
         if good:
-            cells = _cells(good, lambda values: "{:.{d}f} ± {:.{d}f}" if len(values) > 1 else "{:.{d}f}")
+            cells = _cells(
+                good, lambda values: "{:.{d}f} ± {:.{d}f}" if len(values) > 1 else "{:.{d}f}"
+            )
             lines.append(
                 f"| {method} | {len(good)} of {len(mine)} | {' | '.join(cells)} | {np.mean([one.triangles for one in good]):,.0f} |"
             )
@@ -73,11 +83,18 @@ def moved_table(outcomes: Sequence[MovedOutcome]) -> str:
 
 def photo_table(outcomes: Sequence[MovedOutcome]) -> str:
     """Every photo by itself."""
-    labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS]
-    lines = [f"| photo | person | pose | character | {' | '.join(labels)} |", "|---" * (len(labels) + 4) + "|"]
+    labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [
+        f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS
+    ]
+    lines = [
+        f"| photo | person | pose | character | {' | '.join(labels)} |",
+        "|---" * (len(labels) + 4) + "|",
+    ]
     for outcome in outcomes:
         cells = [outcome.failure] if outcome.failure else _cells([outcome], lambda _: "{:.{d}f}")
-        lines.append(f"| {outcome.index} | {outcome.name} | {outcome.stance} | {outcome.method} | {' | '.join(cells)} |")
+        lines.append(
+            f"| {outcome.index} | {outcome.name} | {outcome.stance} | {outcome.method} | {' | '.join(cells)} |"
+        )
     return "\n".join(lines)
 
 
@@ -87,6 +104,8 @@ def _cells(outcomes: Sequence[MovedOutcome], form: Callable[[Sequence[float]], s
         for name in names:
             _, metric, decimals = COLUMNS[name]
             values = [outcome.value(metric, motion) for outcome in outcomes]
-            mean, half = confidence_interval(np.asarray(values)) if len(values) > 1 else (values[0], 0.0)
+            mean, half = (
+                confidence_interval(np.asarray(values)) if len(values) > 1 else (values[0], 0.0)
+            )
             cells.append(form(values).format(mean, half, d=decimals))
     return cells

@@ -1,24 +1,46 @@
-"""The reconstruction benchmark: photos of people whose shape and colours are known, through the real path, compared with the truth.
+"""The reconstruction benchmark: photos of people whose shape and colours are known, through the
+real path, compared with the truth.
 
-Photos come from the validation split of the synthetic studio: identities and an outfit that no network of ours has learned from. Everything
-is compared in the photo's frame, in which the photo is the orthographic front view of the true (warped) mesh.
+Photos come from the validation split of the synthetic studio: identities and an outfit that no
+network of ours has learned from. Everything is compared in the photo's frame, in which the photo is
+the orthographic front view of the true (warped) mesh.
 
-One photo does not show the size of a person nor the distance: predicted points go from the predicted camera to pixels and from there to the
-metres of the true camera (x, y and z by the same factor), and z is shifted so that the medians of the front depths agree where both are seen.
+One photo does not show the size of a person nor the distance: predicted points go from the
+predicted camera to pixels and from there to the metres of the true camera (x, y and z by the same
+factor), and z is shifted so that the medians of the front depths agree where both are seen.
 
-`settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth; `maps` shows what pixels see of a surface, in the photo's frame, and
-`measures` compares. `methods` runs backends and colourings on a case, `kept` keeps what is finished, `pictures` and `tables` show it.
+`settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth;
+`maps` shows what pixels see of a surface, in the photo's frame, and `measures` compares. `methods`
+runs backends and colourings on a case, `kept` keeps what is finished, `pictures` and `tables` show
+it.
 """
 
 from a2v.lab.evaluation.reconstruction.cases import Case, lit_by, open_case, open_studio
 from a2v.lab.evaluation.reconstruction.kept import Measured
 from a2v.lab.evaluation.reconstruction.maps import Maps, mask_in_photo, surface_maps, to_true_frame
 from a2v.lab.evaluation.reconstruction.measures import Placed, Truth, image_scores
-from a2v.lab.evaluation.reconstruction.methods import Method, Outcome, Result, evaluate_case, peak_memory
+from a2v.lab.evaluation.reconstruction.methods import (
+    Method,
+    Outcome,
+    Result,
+    evaluate_case,
+    peak_memory,
+)
 from a2v.lab.evaluation.reconstruction.panels import PANELS, Pin
 from a2v.lab.evaluation.reconstruction.pictures import picture_rows, stack_rows
-from a2v.lab.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
-from a2v.lab.evaluation.reconstruction.tables import calibration, fit_table, group_table, method_table, report
+from a2v.lab.evaluation.reconstruction.settings import (
+    FIT_METRICS,
+    METRICS,
+    SPLIT,
+    BenchmarkSettings,
+)
+from a2v.lab.evaluation.reconstruction.tables import (
+    calibration,
+    fit_table,
+    group_table,
+    method_table,
+    report,
+)
 
 __all__ = [
     "FIT_METRICS",

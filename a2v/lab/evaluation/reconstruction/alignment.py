@@ -11,7 +11,8 @@ from a2v.types import FloatArray, IntArray
 
 
 def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Rotation (3, 3), shift (3,) and factor that bring points (N, 3) nearest to others: ``factor * source @ rotation.T + shift`` (Umeyama 1991)."""
+    """Rotation (3, 3), shift (3,) and factor that bring points (N, 3) nearest to others: ``factor *
+    source @ rotation.T + shift`` (Umeyama 1991)."""
     rotation, _ = rigid(source, target)
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     turned = (source - middle) @ rotation.T
@@ -20,7 +21,8 @@ def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def rigid(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others in the sense of least squares (Kabsch 1976)."""
+    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others in the sense of
+    least squares (Kabsch 1976)."""
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     left, _, right = np.linalg.svd((source - middle).T @ (target - aim))
     flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
@@ -51,8 +53,11 @@ class Scan:
         return cls(RayScene(vertices, faces), np.asarray(vertices, np.float64)[faces], points)
 
 
-def aligned_distances(own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False) -> tuple[float, float]:
-    """Chamfer distance and point to surface, metres, after the rigid motion that brings a surface nearest to the truth (ICP, both ways).
+def aligned_distances(
+    own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False
+) -> tuple[float, float]:
+    """Chamfer distance and point to surface, metres, after the rigid motion that brings a surface
+    nearest to the truth (ICP, both ways).
 
     Parameters
     ----------
@@ -66,13 +71,23 @@ def aligned_distances(own: Scan, truth: Scan, *, rounds: int = 20, count: int = 
         Bring the surface to the truth's size as well.
     """
     rotation, shift, size = align(own, truth, rounds=rounds, count=count, sized=sized)
-    forth = truth.rays.closest(np.asarray(size * own.points @ rotation.T + shift, np.float32)).distance.mean()
-    back = size * own.rays.closest(np.asarray((truth.points - shift) @ rotation / size, np.float32)).distance.mean()
+    forth = truth.rays.closest(
+        np.asarray(size * own.points @ rotation.T + shift, np.float32)
+    ).distance.mean()
+    back = (
+        size
+        * own.rays.closest(
+            np.asarray((truth.points - shift) @ rotation / size, np.float32)
+        ).distance.mean()
+    )
     return float(forth + back) / 2, float(forth)
 
 
-def align(own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False) -> tuple[FloatArray, FloatArray, float]:
-    """The rotation (3, 3), the shift (3,) and the factor (1, if not `sized`) of `aligned_distances`."""
+def align(
+    own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False
+) -> tuple[FloatArray, FloatArray, float]:
+    """The rotation (3, 3), the shift (3,) and the factor (1, if not `sized`) of
+    `aligned_distances`."""
     mine = np.asarray(own.points[:: max(1, len(own.points) // count)], np.float64)
     theirs = np.asarray(truth.points[:: max(1, len(truth.points) // count)], np.float64)
     rotation, shift, size = np.eye(3), np.zeros(3), 1.0

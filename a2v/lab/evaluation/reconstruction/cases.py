@@ -46,7 +46,8 @@ class Case(Record):
     normals : (V, 3)
         Unit normals of its vertices.
     outer : (n,) int
-        Its faces that can be seen from somewhere: scalps under wigs and mouths are not what is reconstructed.
+        Its faces that can be seen from somewhere: scalps under wigs and mouths are not what is
+        reconstructed.
     points, point_normals : (M, 3)
         Uniform by area on the outer surface, with unit normals.
     landmarks : (33, 3)
@@ -67,24 +68,35 @@ class Case(Record):
     outer: IntArray
     points: FloatArray
     point_normals: FloatArray
-    landmarks: FloatArray = dataclasses.field(default_factory=lambda: np.full((33, 3), np.nan, np.float32))
+    landmarks: FloatArray = dataclasses.field(
+        default_factory=lambda: np.full((33, 3), np.nan, np.float32)
+    )
     facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @property
     def photo_camera(self) -> PhotoCamera:
-        """What took the photo (an orthographic camera where nobody said): `PhotoCamera.raised` moves the surface back to the world."""
+        """What took the photo (an orthographic camera where nobody said): `PhotoCamera.raised`
+        moves the surface back to the world."""
         made = self.surface.provenance
         if "camera_aim" not in made:
             return PhotoCamera(flat=self.camera)
         return PhotoCamera(
-            flat=self.camera, aim=tuple(made["camera_aim"]), distance=made["camera_distance"], pitch=made["camera_pitch"], source="the truth"
+            flat=self.camera,
+            aim=tuple(made["camera_aim"]),
+            distance=made["camera_distance"],
+            pitch=made["camera_pitch"],
+            source="the truth",
         )
 
 
-def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str], panel: str = "") -> Studio:
-    """The studio of the benchmark: its default settings, or those of a `panel`, in true metres (no error of a guide moves or scales the world).
+def open_studio(
+    folder: str | os.PathLike[str], data: str | os.PathLike[str], panel: str = ""
+) -> Studio:
+    """The studio of the benchmark: its default settings, or those of a `panel`, in true metres (no
+    error of a guide moves or scales the world).
 
-    `folder` keeps poses and guides, which are made there if they are missing (some minutes): a data set's folder, or any other.
+    `folder` keeps poses and guides, which are made there if they are missing (some minutes): a data
+    set's folder, or any other.
 
     Raises
     ------
@@ -99,17 +111,26 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str], pa
     return Studio.open(folder, data, settings)
 
 
-def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None, *, turn: float = 0.0) -> Case:
-    """A pinned photo with its truth; it is kept in the folder `kept`, if there is one, and read from there the next time.
+def open_case(
+    studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None, *, turn: float = 0.0
+) -> Case:
+    """A pinned photo with its truth; it is kept in the folder `kept`, if there is one, and read
+    from there the next time.
 
-    With a `turn`, degrees, it is another photo of that person, who has turned by so much and stands anew (`Studio.scene`).
+    With a `turn`, degrees, it is another photo of that person, who has turned by so much and stands
+    anew (`Studio.scene`).
 
     Raises
     ------
     InputError
         There is no such avatar, or it has no guide.
     """
-    path = None if kept is None else Path(kept) / f"{pin.index:06d}-{pin.avatar}{f'-{turn:.0f}' if turn else ''}-{_KEPT}.npz"
+    path = (
+        None
+        if kept is None
+        else Path(kept)
+        / f"{pin.index:06d}-{pin.avatar}{f'-{turn:.0f}' if turn else ''}-{_KEPT}.npz"
+    )
     if path is not None and path.exists():
         return Case.load(path)
     scene = studio.scene(SPLIT, pin.index, avatar=pin.avatar, stance=pin.stance, turn=turn)
@@ -126,7 +147,11 @@ def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = No
         points=view.surface_points,
         point_normals=unit(view.surface_normals.astype(np.float32), least=1e-9),
         landmarks=scene.landmarks,
-        facts={"pose": scene.pose, "yaw": round(view.yaw, 1), "sha256": sha256(view.image.tobytes())},
+        facts={
+            "pose": scene.pose,
+            "yaw": round(view.yaw, 1),
+            "sha256": sha256(view.image.tobytes()),
+        },
     )
     if path is not None:
         case.save(path)
@@ -134,10 +159,15 @@ def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = No
 
 
 def lit_by(surface: Surface, gain: FloatArray) -> Surface:
-    """A surface whose colours (and texture) are multiplied by a linear RGB gain (3,), as in even light."""
+    """A surface whose colours (and texture) are multiplied by a linear RGB gain (3,), as in even
+    light."""
     colors = linear_to_srgb(srgb_to_linear(surface.colors) * gain)
     if surface.texture is None:
         return dataclasses.replace(surface, colors=colors)
-    table = to_bytes(linear_to_srgb(srgb_to_linear(np.arange(256, dtype=np.float32) / 255)[:, None] * gain))
-    texture = np.stack([table[surface.texture[..., channel], channel] for channel in range(3)], axis=-1)
+    table = to_bytes(
+        linear_to_srgb(srgb_to_linear(np.arange(256, dtype=np.float32) / 255)[:, None] * gain)
+    )
+    texture = np.stack(
+        [table[surface.texture[..., channel], channel] for channel in range(3)], axis=-1
+    )
     return dataclasses.replace(surface, colors=colors, texture=texture)

@@ -1,4 +1,5 @@
-"""Canonical characters as the pipeline makes them, of one photo or of several of the same person, for the benchmark."""
+"""Canonical characters as the pipeline makes them, of one photo or of several of the same person,
+for the benchmark."""
 
 from __future__ import annotations
 
@@ -14,7 +15,13 @@ from a2v.reconstruction.colorings import color_by_photo
 from a2v.types import Subject, Surface
 
 
-def character_of(subjects: Sequence[Subject], fits: Sequence[FitResult], *, settings: FitSettings, weights: str = "") -> tuple[Surface, FitResult]:
+def character_of(
+    subjects: Sequence[Subject],
+    fits: Sequence[FitResult],
+    *,
+    settings: FitSettings,
+    weights: str = "",
+) -> tuple[Surface, FitResult]:
     """The coloured character in the pose of the first of its photos, and the fit to that photo.
 
     `fits` are those to each photo alone (`fit_body`).
@@ -22,12 +29,28 @@ def character_of(subjects: Sequence[Subject], fits: Sequence[FitResult], *, sett
     shape = settings_of(DEFAULT_BACKEND, weights)
     if len(subjects) > 1:
         fits = fit_together(subjects, fits, settings=settings)
-    people = [reconstruct(subject, fit.body, fit.camera, shape) for subject, fit in zip(subjects, fits, strict=True)]
+    people = [
+        reconstruct(subject, fit.body, fit.camera, shape)
+        for subject, fit in zip(subjects, fits, strict=True)
+    ]
     if len(subjects) > 1:
-        settled = fit_together(subjects, fits, settings=settings, surfaces=[person.surface for person in people])
+        settled = fit_together(
+            subjects, fits, settings=settings, surfaces=[person.surface for person in people]
+        )
     else:
-        settled = [fit_body(subjects[0], settings=settings, surface=people[0].surface, camera=fits[0].camera, initial=fits[0])]
-    sights = [Sight(subject, fit.body, fit.camera, person) for subject, fit, person in zip(subjects, settled, people, strict=True)]
+        settled = [
+            fit_body(
+                subjects[0],
+                settings=settings,
+                surface=people[0].surface,
+                camera=fits[0].camera,
+                initial=fits[0],
+            )
+        ]
+    sights = [
+        Sight(subject, fit.body, fit.camera, person)
+        for subject, fit, person in zip(subjects, settled, people, strict=True)
+    ]
     main, *others = sights
     made = canonical_person(main, others=others)
     colored = color_by_photo(made, main.subject, main.body, main.camera, others=others)

@@ -21,7 +21,8 @@ from a2v.types import ByteArray
 
 
 class Measured:
-    """A folder in which finished photos are kept, so that a run that was stopped, or that gets another method, goes on.
+    """A folder in which finished photos are kept, so that a run that was stopped, or that gets
+    another method, goes on.
 
     The truths lie in `cases`, a folder beside it, where other runs find them too.
 
@@ -33,15 +34,26 @@ class Measured:
         What was measured with another protocol, studio, or weights of the method does not count.
     """
 
-    def __init__(self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings) -> None:
+    def __init__(
+        self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings
+    ) -> None:
         """See the class."""
         self.folder = Path(folder)
         self.cases = self.folder.parent / "cases"
-        protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name not in ("views", "panel")}
+        protocol = {
+            name: value
+            for name, value in dataclasses.asdict(settings).items()
+            if name not in ("views", "panel")
+        }
         self._common = [protocol, VERSION, dataclasses.asdict(studio.settings), list(METRICS)]
 
     def _path(self, index: int, method: Method) -> Path:
-        key = sha256(json.dumps([*self._common, method.name, backend_digest(method.backend, method.weights)], sort_keys=True).encode())[:16]
+        key = sha256(
+            json.dumps(
+                [*self._common, method.name, backend_digest(method.backend, method.weights)],
+                sort_keys=True,
+            ).encode()
+        )[:16]
         return self.folder / f"{index:06d}-{method.name.replace(':', '-')}-{key}"
 
     def load(self, index: int, methods: Sequence[Method]) -> Outcome | None:
@@ -64,7 +76,10 @@ class Measured:
         for method in methods:
             path, name = self._path(outcome.index, method), method.name
             own = dataclasses.replace(
-                outcome, scores={name: outcome.scores[name]}, seconds={name: outcome.seconds[name]}, made={name: outcome.made[name]}
+                outcome,
+                scores={name: outcome.scores[name]},
+                seconds={name: outcome.seconds[name]},
+                made={name: outcome.made[name]},
             )
             for suffix, picture in ((".png", rows[name]), (".truth.png", rows["truth"])):
                 with atomic_path(path.with_suffix(suffix)) as temporary:
@@ -73,7 +88,8 @@ class Measured:
                 temporary.write_text(json.dumps(dataclasses.asdict(own)), encoding="utf-8")
 
     def sheet(self, index: int, methods: Sequence[Method]) -> ByteArray:
-        """The pictures of a photo that is known for all of `methods`: the truth and each method, below each other."""
+        """The pictures of a photo that is known for all of `methods`: the truth and each method,
+        below each other."""
         import cv2
 
         paths = [self._path(index, method) for method in methods]

@@ -17,18 +17,26 @@ def camera_of_crop(camera: OrthographicCamera, subject: Subject) -> Orthographic
     """The photo's camera for the pixels of the subject's crop."""
     left, top, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
-    return OrthographicCamera(scale=camera.scale * zoom, center_u=(camera.center_u - left) * zoom, center_v=(camera.center_v - top) * zoom)
+    return OrthographicCamera(
+        scale=camera.scale * zoom,
+        center_u=(camera.center_u - left) * zoom,
+        center_v=(camera.center_v - top) * zoom,
+    )
 
 
-def to_true_frame(points: FloatArray, camera: Camera, subject: Subject, *, true: OrthographicCamera) -> FloatArray:
-    """Points (N, 3) of the frame of `camera` (of the subject's crop) in that of the photo's `true` flat camera: same pixels, same proportions."""
+def to_true_frame(
+    points: FloatArray, camera: Camera, subject: Subject, *, true: OrthographicCamera
+) -> FloatArray:
+    """Points (N, 3) of the frame of `camera` (of the subject's crop) in that of the photo's `true`
+    flat camera: same pixels, same proportions."""
     crop = camera_of_crop(true, subject)
     return crop.unproject(camera.project(points), points[:, 2] * (camera.scale / crop.scale))
 
 
 @dataclass(frozen=True, eq=False)
 class Maps:
-    """A surface as seen along the photo's viewing axis, from the front or through from the back, on the same pixels.
+    """A surface as seen along the photo's viewing axis, from the front or through from the back, on
+    the same pixels.
 
     Attributes
     ----------
@@ -48,7 +56,13 @@ class Maps:
 
 
 def surface_maps(
-    surface: Surface, normals: FloatArray, camera: OrthographicCamera, photo: tuple[int, int], *, size: int, side: int
+    surface: Surface,
+    normals: FloatArray,
+    camera: OrthographicCamera,
+    photo: tuple[int, int],
+    *,
+    size: int,
+    side: int,
 ) -> Maps:
     """What parallel rays through a grid over the photo see.
 
@@ -71,7 +85,8 @@ def surface_maps(
     pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1)
     far = side * (float(np.abs(surface.vertices[:, 2]).max()) + 1)
     hits = RayScene(surface.vertices, surface.faces).cast(
-        np.asarray(camera.unproject(pixels.reshape(-1, 2), far), np.float32), np.array([0, 0, -side], np.float32)
+        np.asarray(camera.unproject(pixels.reshape(-1, 2), far), np.float32),
+        np.array([0, 0, -side], np.float32),
     )
     shape, seen = pixels.shape[:2], hits.hit
     depth = np.full(seen.shape, np.nan, np.float32)
@@ -84,7 +99,12 @@ def surface_maps(
         colors[seen] = hits.interpolate(surface.colors, surface.faces)
     else:
         colors[seen] = linear_to_srgb(texture_at(surface, hits.face[seen], hits.barycentric[seen]))
-    return Maps(seen.reshape(shape), depth.reshape(shape), facing.reshape(*shape, 3), colors.reshape(*shape, 3))
+    return Maps(
+        seen.reshape(shape),
+        depth.reshape(shape),
+        facing.reshape(*shape, 3),
+        colors.reshape(*shape, 3),
+    )
 
 
 def mask_in_photo(subject: Subject) -> FloatArray:

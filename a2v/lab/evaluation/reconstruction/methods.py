@@ -29,8 +29,9 @@ CHARACTER = "character"
 class Method:
     """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
 
-    Or ``character``, the canonical one, and ``character+180+90``, that of further photos, in which the person has turned by so many degrees (`turns`).
-    `weights` is a folder of weights for backends that have some; "" for the shipped ones.
+    Or ``character``, the canonical one, and ``character+180+90``, that of further photos, in which
+    the person has turned by so many degrees (`turns`). `weights` is a folder of weights for
+    backends that have some; "" for the shipped ones.
     """
 
     backend: str
@@ -51,12 +52,16 @@ class Method:
         first, *turns = text.split("+")
         if first == CHARACTER:
             if not all(turn.isdecimal() and 0 < int(turn) < 360 for turn in turns):
-                raise InputError(f"unknown method '{text}'; expected degrees from 1 to 359 after every +, as in character+180")
+                raise InputError(
+                    f"unknown method '{text}'; expected degrees from 1 to 359 after every +, as in character+180"
+                )
             return cls(DEFAULT_BACKEND, "ours", weights, True, tuple(float(turn) for turn in turns))
         backend, _, coloring = text.partition(":")
         coloring = coloring or "ours"
         if backend not in NAMES and backend not in ABLATIONS:
-            raise InputError(f"unknown backend '{backend}'; choose from {', '.join((*NAMES, *ABLATIONS))}")
+            raise InputError(
+                f"unknown backend '{backend}'; choose from {', '.join((*NAMES, *ABLATIONS))}"
+            )
         if coloring not in COLORINGS:
             raise InputError(f"unknown colouring '{coloring}'; choose from {', '.join(COLORINGS)}")
         return cls(backend, coloring, weights)
@@ -84,7 +89,8 @@ class Outcome:
     fit : mapping of `FIT_METRICS` to value
         Of the fitted body, which all methods share.
     failure : str
-        Why perception, the fit or a method gave up; "" if they did not. Such photos count for no method.
+        Why perception, the fit or a method gave up; "" if they did not. Such photos count for no
+        method.
     """
 
     name: str
@@ -109,13 +115,17 @@ class Outcome:
     def with_others(self, later: Outcome) -> Outcome:
         """This one and what another run measured of the same photo."""
         return dataclasses.replace(
-            later, scores={**self.scores, **later.scores}, seconds={**self.seconds, **later.seconds}, made={**self.made, **later.made}
+            later,
+            scores={**self.scores, **later.scores},
+            seconds={**self.seconds, **later.seconds},
+            made={**self.made, **later.made},
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """An outcome with what there is to look at: surfaces by method in the true frame, and the subject (None if the photo failed)."""
+    """An outcome with what there is to look at: surfaces by method in the true frame, and the
+    subject (None if the photo failed)."""
 
     case: Case
     outcome: Outcome
@@ -127,8 +137,11 @@ Again = Callable[[float], Case]
 """Another photo of a case's person, by how many degrees they have turned."""
 
 
-def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None = None) -> Result:
-    """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone.
+def evaluate_case(
+    case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None = None
+) -> Result:
+    """One photo through perception, fit, and each method; the fit is shared, and the shape by
+    methods that colour alone.
 
     `again` gives the further photos of characters that are made of several.
     Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
@@ -139,7 +152,9 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
         return Result(case, Outcome(case.name, case.index, case.facts, failure=str(error)))
 
 
-def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None) -> Result:
+def _evaluate(
+    case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None
+) -> Result:
     from a2v.body import FitSettings, fit_body
     from a2v.body.confidence import looks_wrong
     from a2v.lab.evaluation.reconstruction.characters import character_of
@@ -161,18 +176,35 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
         for turn in method.turns:
             if turn not in turned:
                 if again is None:
-                    raise InputError(f"{method.name} needs further photos of the person; there are none")
+                    raise InputError(
+                        f"{method.name} needs further photos of the person; there are none"
+                    )
                 other = _seen(again(turn), settings)
                 turned[turn] = other, fit_body(other, settings=fitting)
-        photos = [(subject, fit), *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals))]  # as the pipeline does
+        photos = [
+            (subject, fit),
+            *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals)),
+        ]  # as the pipeline does
         clock.lap("fit")
-        colored, settled = character_of([one for one, _ in photos], [one for _, one in photos], settings=fitting, weights=method.weights)
+        colored, settled = character_of(
+            [one for one, _ in photos],
+            [one for _, one in photos],
+            settings=fitting,
+            weights=method.weights,
+        )
         clock.lap("shape")
         placed = truth.place(colored, settled.camera, subject)
         scores[method.name] = truth.compare_shape(placed) | truth.compare_colors(placed)
-        seconds[method.name] = {**common, **clock.seconds, "fit": common["fit"] + clock.seconds["fit"], "color": 0.0}
+        seconds[method.name] = {
+            **common,
+            **clock.seconds,
+            "fit": common["fit"] + clock.seconds["fit"],
+            "color": 0.0,
+        }
         surfaces[method.name] = placed.surface
-    for backend in dict.fromkeys((method.backend, method.weights) for method in methods if not method.character):
+    for backend in dict.fromkeys(
+        (method.backend, method.weights) for method in methods if not method.character
+    ):
         clock = _Clock()
         shape = backend_of(*backend)(subject, fit.body, fit.camera)
         clock.lap("shape")
@@ -190,7 +222,18 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
             surfaces[method.name] = placed.surface
     made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
     return Result(
-        case, Outcome(case.name, case.index, case.facts, scores, seconds, made, truth.compare_fit(fit, subject)), surfaces, subject
+        case,
+        Outcome(
+            case.name,
+            case.index,
+            case.facts,
+            scores,
+            seconds,
+            made,
+            truth.compare_fit(fit, subject),
+        ),
+        surfaces,
+        subject,
     )
 
 
@@ -199,10 +242,14 @@ def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
     from a2v.perception import PerceptionSettings, find_person
 
     mask = case.mask if settings.true_mask else None
-    subject = find_person(case.image, mask=mask, settings=PerceptionSettings(bodymap=settings.bodymap))
+    subject = find_person(
+        case.image, mask=mask, settings=PerceptionSettings(bodymap=settings.bodymap)
+    )
     person, true = mask_in_photo(subject) > 0.5, case.mask > 127
     if (person & true).sum() < 0.5 * (person | true).sum():
-        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
+        raise InputError(
+            "perception took something else for the person: its mask and the true one overlap by less than a half"
+        )
     return subject
 
 
@@ -222,12 +269,16 @@ class _Clock:
 
 
 def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> float:
-    """Most resident memory, MiB, of a fresh process that takes the photo all the way to the coloured surface (libraries included)."""
+    """Most resident memory, MiB, of a fresh process that takes the photo all the way to the
+    coloured surface (libraries included)."""
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
     mask = case.mask if settings.true_mask else None
-    with safe_children(), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with (
+        safe_children(),
+        ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool,
+    ):
         return pool.submit(_peak_of_run, case.image, mask, method, settings.bodymap).result()
 
 
@@ -239,5 +290,10 @@ def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method, bodym
     with peak_memory() as peak:
         subject = find_person(image, mask=mask, settings=PerceptionSettings(bodymap=bodymap))
         fit = fit_body(subject)
-        COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
+        COLORINGS[method.coloring](
+            backend_of(method.backend, method.weights)(subject, fit.body, fit.camera),
+            subject,
+            fit.body,
+            fit.camera,
+        )
         return peak() / (1 << 20)

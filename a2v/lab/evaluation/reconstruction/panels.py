@@ -1,9 +1,12 @@
-"""The photos of the benchmark, pinned one by one: more avatars in the data's folder change none of them.
+"""The photos of the benchmark, pinned one by one: more avatars in the data's folder change none of
+them.
 
-`studio` are 20 photos of the studio's own kind, as the first tables had them. `development` are people in action on whom changes may be
-tried; `report` are other people, never tried on, for figures that are final. `final` are these people met anew, and people of MakeHuman's
-in skins, clothes and hair that training never shows, half of them in action: made when the design was done, to be measured once. `phone` are
-more of MakeHuman's people, seen by near cameras. Each photo is drawn from its number alone.
+`studio` are 20 photos of the studio's own kind, as the first tables had them. `development` are
+people in action on whom changes may be tried; `report` are other people, never tried on, for
+figures that are final. `final` are these people met anew, and people of MakeHuman's in skins,
+clothes and hair that training never shows, half of them in action: made when the design was done,
+to be measured once. `phone` are more of MakeHuman's people, seen by near cameras. Each photo is
+drawn from its number alone.
 """
 
 from __future__ import annotations
@@ -55,7 +58,8 @@ _PHONE = (
 
 @dataclass(frozen=True)
 class Pin:
-    """One photo: whom it shows (an avatar, or one of `a2v.lab.studio.makehuman.named.NAMED_PEOPLE`), its number (what is drawn), and the class of its
+    """One photo: whom it shows (an avatar, or one of
+    `a2v.lab.studio.makehuman.named.NAMED_PEOPLE`), its number (what is drawn), and the class of its
     pose ("" for the studio's own poses).
     """
 
@@ -81,5 +85,8 @@ PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType(
 )
 """The lists of photos by name."""
 
-CAMERAS: Mapping[str, tuple[tuple[float, float], tuple[float, float]]] = MappingProxyType({"phone": ((1.5, 4.0), (1.2, 1.7))})
-"""Where the cameras of a panel stand, if not where the studio's do (`StudioSettings`): between which distances, and which heights, metres."""
+CAMERAS: Mapping[str, tuple[tuple[float, float], tuple[float, float]]] = MappingProxyType(
+    {"phone": ((1.5, 4.0), (1.2, 1.7))}
+)
+"""Where the cameras of a panel stand, if not where the studio's do (`StudioSettings`): between
+which distances, and which heights, metres."""

@@ -15,7 +15,8 @@ from a2v.types import ByteArray, Surface
 def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     """Pictures (size, W, 3) uint8 of an evaluated photo, "truth" and one for each method.
 
-    Photo (mask in the rows of methods), front, left, back and right unlit, then front, left and back as clay.
+    Photo (mask in the rows of methods), front, left, back and right unlit, then front, left and
+    back as clay.
     """
     import cv2
 
@@ -24,21 +25,38 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     case = result.case
     low, high = case.surface.vertices.min(axis=0), case.surface.vertices.max(axis=0)
     center, extent = (low + high) / 2, 1.1 * float((high - low).max())
-    wide = min(1.0, 1.25 * float(np.hypot(*(high - low)[[0, 2]])) / extent)  # however the person is turned
+    wide = min(
+        1.0, 1.25 * float(np.hypot(*(high - low)[[0, 2]])) / extent
+    )  # however the person is turned
     border = round((1 - wide) / 2 * size)
 
     def look(surface: Surface, azimuth: float, clay: bool = False) -> ByteArray:
-        picture = preview_surface(surface, azimuth=azimuth, size=size, center=center, extent=extent, style=PreviewStyle(shaded=False, plain=clay))
+        picture = preview_surface(
+            surface,
+            azimuth=azimuth,
+            size=size,
+            center=center,
+            extent=extent,
+            style=PreviewStyle(shaded=False, plain=clay),
+        )
         return picture[:, border : size - border]
 
     mask = np.zeros((size, size, 3), np.uint8)
     if result.subject is not None:
-        small = cv2.resize(mask_in_photo(result.subject), (size, size), interpolation=cv2.INTER_AREA)
+        small = cv2.resize(
+            mask_in_photo(result.subject), (size, size), interpolation=cv2.INTER_AREA
+        )
         mask[:] = to_bytes(small)[..., None]
     rows = {}
     for name, surface in {"truth": case.surface, **result.surfaces}.items():
-        first = cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA) if name == "truth" else mask
-        turned = [look(surface, turn) for turn in (0, 90, 180, 270)] + [look(surface, turn, clay=True) for turn in (0, 90, 180)]
+        first = (
+            cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA)
+            if name == "truth"
+            else mask
+        )
+        turned = [look(surface, turn) for turn in (0, 90, 180, 270)] + [
+            look(surface, turn, clay=True) for turn in (0, 90, 180)
+        ]
         rows[name] = np.hstack([first, *turned])
         label = f"{case.name} {case.index}" if name == "truth" else name
         cv2.putText(rows[name], label, (size + 4, 12), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (40, 40, 40))
@@ -48,4 +66,9 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
 def stack_rows(rows: Sequence[ByteArray]) -> ByteArray:
     """Pictures below each other, light grey beside narrower ones."""
     width = max(row.shape[1] for row in rows)
-    return np.vstack([np.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0)), constant_values=235) for row in rows])
+    return np.vstack(
+        [
+            np.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0)), constant_values=235)
+            for row in rows
+        ]
+    )

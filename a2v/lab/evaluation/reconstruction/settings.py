@@ -40,7 +40,8 @@ FIT_METRICS: Mapping[str, tuple[str, int]] = {
     "keypoint_mean": ("Keypoints % of height↓", 2),
     "silhouette_iou": ("IoU↑", 3),
 }
-"""Columns of the table of the fit: its skin against the dressed truth, and how far limbs are off in depth, relative to the trunk."""
+"""Columns of the table of the fit: its skin against the dressed truth, and how far limbs are off in
+depth, relative to the trunk."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,8 @@ class BenchmarkSettings:
     bodymap : bool
         Let perception ask our own network; without, landmarks are the detector's.
     distance : float, optional
-        From camera to person that the fit is told, metres; 0 for an orthographic camera. Without it the fit believes what users' photos give.
+        From camera to person that the fit is told, metres; 0 for an orthographic camera. Without it
+        the fit believes what users' photos give.
     """
 
     panel: str = "studio"

@@ -11,7 +11,12 @@ import numpy as np
 from a2v.body.limbs import LIMBS
 from a2v.lab.evaluation.metrics import confidence_interval
 from a2v.lab.evaluation.reconstruction.methods import Outcome
-from a2v.lab.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
+from a2v.lab.evaluation.reconstruction.settings import (
+    FIT_METRICS,
+    METRICS,
+    SPLIT,
+    BenchmarkSettings,
+)
 from a2v.lab.studio.settings import VERSION
 from a2v.lab.studio.studio import Studio
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES
@@ -20,40 +25,68 @@ from a2v.version import __version__
 
 def _cell(values: Sequence[float], decimals: int, interval: bool = True) -> str:
     mean, half = confidence_interval(np.asarray(values))
-    return f"{mean:.{decimals}f} ± {half:.{decimals}f}" if interval and len(values) > 1 else f"{mean:.{decimals}f}"
+    return (
+        f"{mean:.{decimals}f} ± {half:.{decimals}f}"
+        if interval and len(values) > 1
+        else f"{mean:.{decimals}f}"
+    )
 
 
 def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> str:
-    """All metrics by method: mean ± half width of the 95 % interval over the photos; seconds by stage, and peak memory."""
+    """All metrics by method: mean ± half width of the 95 % interval over the photos; seconds by
+    stage, and peak memory."""
     good = [outcome for outcome in outcomes if not outcome.failure]
     head = [label for label, _ in METRICS.values()]
-    lines = [f"| Method | {' | '.join(head)} | Shape s | Colour s | All s | Peak MiB |", "|---" * (len(head) + 5) + "|"]
+    lines = [
+        f"| Method | {' | '.join(head)} | Shape s | Colour s | All s | Peak MiB |",
+        "|---" * (len(head) + 5) + "|",
+    ]
     for name in good[0].scores if good else ():
-        cells = [_cell([outcome.scores[name][metric] for outcome in good], decimals) for metric, (_, decimals) in METRICS.items()]
-        stages = [np.mean([outcome.seconds[name][stage] for outcome in good]) for stage in ("shape", "color")]
+        cells = [
+            _cell([outcome.scores[name][metric] for outcome in good], decimals)
+            for metric, (_, decimals) in METRICS.items()
+        ]
+        stages = [
+            np.mean([outcome.seconds[name][stage] for outcome in good])
+            for stage in ("shape", "color")
+        ]
         whole = np.mean([sum(outcome.seconds[name].values()) for outcome in good])
         peak = f"{memory[name]:.0f}" if name in memory else "–"
-        lines.append(f"| {name} | {' | '.join(cells)} | {stages[0]:.1f} | {stages[1]:.1f} | {whole:.1f} | {peak} |")
+        lines.append(
+            f"| {name} | {' | '.join(cells)} | {stages[0]:.1f} | {stages[1]:.1f} | {whole:.1f} | {peak} |"
+        )
     return "\n".join(lines)
 
 
 def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
-    """Means of one method by "identity" (people who are held out, MakeHuman's one by one; "others" wear the held-out outfit), "outfit" or
-    "pose".
+    """Means of one method by "identity" (people who are held out, MakeHuman's one by one; "others"
+    wear the held-out outfit), "outfit" or "pose".
     """
-    lines = [f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |", "|---" * (len(METRICS) + 2) + "|"]
+    lines = [
+        f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |",
+        "|---" * (len(METRICS) + 2) + "|",
+    ]
     for key, members in sorted(_grouped(outcomes, by).items()):
-        cells = [_cell([o.scores[method][metric] for o in members], decimals, interval=False) for metric, (_, decimals) in METRICS.items()]
+        cells = [
+            _cell([o.scores[method][metric] for o in members], decimals, interval=False)
+            for metric, (_, decimals) in METRICS.items()
+        ]
         lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
 def fit_table(outcomes: Sequence[Outcome]) -> str:
     """Means of the fit by pose, and over all photos."""
-    lines = [f"| pose | photos | {' | '.join(label for label, _ in FIT_METRICS.values())} |", "|---" * (len(FIT_METRICS) + 2) + "|"]
+    lines = [
+        f"| pose | photos | {' | '.join(label for label, _ in FIT_METRICS.values())} |",
+        "|---" * (len(FIT_METRICS) + 2) + "|",
+    ]
     everybody = [outcome for outcome in outcomes if not outcome.failure]
     for key, members in [*sorted(_grouped(everybody, "pose").items()), ("all", everybody)]:
-        cells = [_cell([o.fit[metric] for o in members], decimals, interval=False) for metric, (_, decimals) in FIT_METRICS.items()]
+        cells = [
+            _cell([o.fit[metric] for o in members], decimals, interval=False)
+            for metric, (_, decimals) in FIT_METRICS.items()
+        ]
         lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -72,7 +105,10 @@ def calibration(outcomes: Sequence[Outcome]) -> str:
     if len(rows) < 3:
         return "No expected errors of limbs."
     told = []
-    for name, kept in (("all limbs", rows), ("arms and legs alone", [row for row in rows if row[0].endswith(("arm", "leg"))])):
+    for name, kept in (
+        ("all limbs", rows),
+        ("arms and legs alone", [row for row in rows if row[0].endswith(("arm", "leg"))]),
+    ):
         expected, true = (np.array([row[place] for row in kept]) for place in (1, 2))
         told.append(
             f"{name}: rank correlation {spearmanr(expected, true)[0]:.2f}, expected {expected.mean():.1f} cm, true {true.mean():.1f} cm"
@@ -85,14 +121,25 @@ def _grouped(outcomes: Sequence[Outcome], by: str) -> dict[str, list[Outcome]]:
     groups: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         if not outcome.failure:
-            key = {"identity": outcome.identity, "outfit": outcome.outfit, "pose": str(outcome.facts.get("pose", ""))}[by]
-            if by == "identity" and not (key.startswith("MakeHuman_") or key in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES)):
+            key = {
+                "identity": outcome.identity,
+                "outfit": outcome.outfit,
+                "pose": str(outcome.facts.get("pose", "")),
+            }[by]
+            if by == "identity" and not (
+                key.startswith("MakeHuman_") or key in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES)
+            ):
                 key = "others"
             groups.setdefault(key, []).append(outcome)
     return groups
 
 
-def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:
+def report(
+    outcomes: Sequence[Outcome],
+    memory: Mapping[str, float],
+    settings: BenchmarkSettings,
+    studio: Studio,
+) -> dict[str, Any]:
     """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
     return {
         "protocol": dataclasses.asdict(settings) | {"split": SPLIT},

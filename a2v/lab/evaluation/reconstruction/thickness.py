@@ -1,7 +1,8 @@
 """How thick a person can be at a pixel: slabs are found.
 
-A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep. `local_radius` is the width; `slab_share` counts the
-pixels at which a surface is deeper than that *and* than the fitted body.
+A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep.
+`local_radius` is the width; `slab_share` counts the pixels at which a surface is deeper than that
+*and* than the fitted body.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ STEPS = 24
 
 
 def local_radius(mask: BoolArray) -> FloatArray:
-    """Radius (H, W) float32, pixels, of the largest disc within a mask (H, W) that holds each pixel (Hildebrand and Rüegsegger 1997); 0 outside."""
+    """Radius (H, W) float32, pixels, of the largest disc within a mask (H, W) that holds each pixel
+    (Hildebrand and Rüegsegger 1997); 0 outside."""
     return np.where(mask, spread(_depth_within(mask)), 0).astype(np.float32)
 
 
 def spread(radius: FloatArray) -> FloatArray:
-    """The largest of the values (H, W) float32, pixels, whose disc of that radius about its pixel holds each pixel."""
+    """The largest of the values (H, W) float32, pixels, whose disc of that radius about its pixel
+    holds each pixel."""
     result = np.array(radius, np.float32)
     for wide in np.geomspace(1, max(float(result.max(initial=0)), 1), STEPS):
         middles = radius >= wide
@@ -39,7 +42,8 @@ def spread(radius: FloatArray) -> FloatArray:
 
 
 def _depth_within(mask: BoolArray) -> FloatArray:
-    """Distance (H, W), pixels, of the pixels of a mask to what is not in it; beyond the picture nothing is."""
+    """Distance (H, W), pixels, of the pixels of a mask to what is not in it; beyond the picture
+    nothing is."""
     return _distance_to(~np.pad(mask, 1))[1:-1, 1:-1]
 
 
@@ -47,14 +51,22 @@ def _distance_to(known: BoolArray) -> FloatArray:
     """Distance (H, W), pixels, to the nearest pixel of `known`."""
     import cv2
 
-    return np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+    return np.asarray(
+        cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE),
+        np.float32,
+    )
 
 
-def longest_ways(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray) -> FloatArray:
-    """The longest way (n,), metres, within a closed mesh, vertices (V, 3) and faces (F, 3), along -z at pixels (n, 2) of `camera`; 0 for none."""
+def longest_ways(
+    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray
+) -> FloatArray:
+    """The longest way (n,), metres, within a closed mesh, vertices (V, 3) and faces (F, 3), along
+    -z at pixels (n, 2) of `camera`; 0 for none."""
     far = float(vertices[:, 2].max()) + 1
     ray, way, entering = RayScene(vertices, faces).passages(
-        pixel_rays(camera, pixels, far), np.array([0, 0, -1], np.float32), face_normals(vertices, faces)
+        pixel_rays(camera, pixels, far),
+        np.array([0, 0, -1], np.float32),
+        face_normals(vertices, faces),
     )
     count = len(pixels)
     longest = np.zeros(count, np.float32)
@@ -68,16 +80,22 @@ def longest_ways(vertices: FloatArray, faces: IntArray, camera: OrthographicCame
     np.minimum.at(lowest, ray, within)
     whole = (np.bincount(ray, step, count) == 0) & (lowest == 0)
     ray, way, step, within = (values[whole[ray]] for values in (ray, way, step, within))
-    into, out = np.flatnonzero((within == 1) & (step == 1)), np.flatnonzero((within == 0) & (step == -1))
+    into, out = (
+        np.flatnonzero((within == 1) & (step == 1)),
+        np.flatnonzero((within == 0) & (step == -1)),
+    )
     np.maximum.at(longest, ray[into], way[out] - way[into])
     return longest
 
 
-def slab_share(surface: Surface, body: Body, camera: OrthographicCamera, mask: FloatArray, size: int = 256) -> float:
+def slab_share(
+    surface: Surface, body: Body, camera: OrthographicCamera, mask: FloatArray, size: int = 256
+) -> float:
     """Share of the silhouette's pixels at which a surface is thicker than anything there can be.
 
-    Its longest way through the solid along -z is compared with the width of the silhouette there (`local_radius`) and with the fitted body's own
-    longest way (limbs may point at the camera); see `THICK` and `THIN`.
+    Its longest way through the solid along -z is compared with the width of the silhouette there
+    (`local_radius`) and with the fitted body's own longest way (limbs may point at the camera); see
+    `THICK` and `THIN`.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""The systems that the papers compare with (Sec. 5.1.1), written anew from the descriptions in the papers; `a2v.lab.motion.baselines.training` trains them.
+"""The systems that the papers compare with (Sec. 5.1.1), written anew from the descriptions in the
+papers; `a2v.lab.motion.baselines.training` trains them.
 
 None is shipped: they are here so that every row of the papers' tables can be measured again.
 """

@@ -1,4 +1,5 @@
-"""Act-MoCoGAN: MoCoGAN (Tulyakov et al. 2018) with motions and poses in place of videos and images."""
+"""Act-MoCoGAN: MoCoGAN (Tulyakov et al. 2018) with motions and poses in place of videos and
+images."""
 
 from __future__ import annotations
 
@@ -6,7 +7,17 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from a2v.lab.motion.baselines.base import Baseline, Batch, Improve, Sizes, layers, normal, over_time, random_poses, real_or_not
+from a2v.lab.motion.baselines.base import (
+    Baseline,
+    Batch,
+    Improve,
+    Sizes,
+    layers,
+    normal,
+    over_time,
+    random_poses,
+    real_or_not,
+)
 
 NOISE = 30
 CLASS_WEIGHT = 0.7
@@ -16,11 +27,13 @@ POSE_WEIGHT = 0.5
 
 
 class ActMoCoGAN(Baseline):
-    """Noise of every frame becomes a motion code by a GRU; with the class, a two-layer GRU makes poses of it.
+    """Noise of every frame becomes a motion code by a GRU; with the class, a two-layer GRU makes
+    poses of it.
 
-    Motions are judged by a two-layer GRU, 30 features, and 1 + C outputs: real or not, and the class; poses without their root by
-    layers of 128. Binary cross entropy, .7 of the class's, .5 of the poses'. Assumed: the judge of poses has two hidden layers and
-    no class; features are a tanh of the last state.
+    Motions are judged by a two-layer GRU, 30 features, and 1 + C outputs: real or not, and the
+    class; poses without their root by layers of 128. Binary cross entropy, .7 of the class's, .5 of
+    the poses'. Assumed: the judge of poses has two hidden layers and no class; features are a tanh
+    of the last state.
     """
 
     SOURCE = "Tulyakov et al., CVPR 2018"
@@ -65,16 +78,22 @@ class ActMoCoGAN(Baseline):
         logits: Tensor = self.judge["pose"]((joints - joints[:, :1]).flatten(1))
         return logits
 
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
         """See `Baseline`."""
         made = batch._replace(poses=self.sample(batch.actions, batch.poses[:, 0], draws))
         fake = made._replace(poses=made.poses.detach())
         real, false = self.judged(batch.poses), self.judged(fake.poses)
         doubt = real_or_not(real[:, :1], True) + real_or_not(false[:, :1], False)
         doubt = doubt + CLASS_WEIGHT * functional.cross_entropy(real[:, 1:], batch.labels)
-        poses = real_or_not(self.judged_poses(batch, draws), True) + real_or_not(self.judged_poses(fake, draws), False)
+        poses = real_or_not(self.judged_poses(batch, draws), True) + real_or_not(
+            self.judged_poses(fake, draws), False
+        )
         discriminator = improve(self.judge, doubt + POSE_WEIGHT * poses)
         outputs = self.judged(made.poses)
-        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(outputs[:, 1:], batch.labels)
+        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(
+            outputs[:, 1:], batch.labels
+        )
         wish = wish + POSE_WEIGHT * real_or_not(self.judged_poses(made, draws), True)
         return {"discriminator": discriminator, "generator": improve(self.made, wish)}

@@ -13,15 +13,18 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 FIRST_STAGE = 0.6
-"""Share of the training that goes to the first of two stages, where there are two; the second's iterations cost far more."""
+"""Share of the training that goes to the first of two stages, where there are two; the second's
+iterations cost far more."""
 
 Improve = Callable[[nn.Module, Tensor], float]
-"""One step of the optimizer on the weights of a module, and of no other, down a loss (); the loss as a number."""
+"""One step of the optimizer on the weights of a module, and of no other, down a loss (); the loss
+as a number."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the data ask for: numbers of a pose D = 3 J, actions C, frames T of a clip; `width` multiplies the widths of hidden layers."""
+    """What the data ask for: numbers of a pose D = 3 J, actions C, frames T of a clip; `width`
+    multiplies the widths of hidden layers."""
 
     pose: int
     actions: int
@@ -34,7 +37,8 @@ class Sizes:
 
 
 class Batch(NamedTuple):
-    """Clips: poses (B, T, D) native units with the first root at the origin, actions (B, C) one-hot, labels (B,)."""
+    """Clips: poses (B, T, D) native units with the first root at the origin, actions (B, C)
+    one-hot, labels (B,)."""
 
     poses: Tensor
     actions: Tensor
@@ -57,16 +61,21 @@ class Baseline(nn.Module, ABC):
         return self.sizes.frames
 
     @abstractmethod
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
-        """One iteration, when the share `progress` of the training is done; losses by names that are the same in every iteration."""
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
+        """One iteration, when the share `progress` of the training is done; losses by names that
+        are the same in every iteration."""
 
     @abstractmethod
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
-        """Poses (B, T, D) of actions (B, C). `first` (B, D) are real first poses, which only CondGRU needs. Call in `eval` mode."""
+        """Poses (B, T, D) of actions (B, C). `first` (B, D) are real first poses, which only
+        CondGRU needs. Call in `eval` mode."""
 
 
 def layers(*widths: int, norm: bool = False, slope: float = 0.2) -> nn.Sequential:
-    """Linear layers of these widths with leaky rectifiers between them, each after a batch norm if `norm`."""
+    """Linear layers of these widths with leaky rectifiers between them, each after a batch norm if
+    `norm`."""
     parts: list[nn.Module] = []
     for index, (before, after) in enumerate(itertools.pairwise(widths)):
         parts.append(nn.Linear(before, after))
@@ -94,7 +103,9 @@ def random_poses(batch: Batch, draws: torch.Generator, each: int = 4) -> tuple[T
     """Poses (B each, D) of random frames, and their actions (B each, C)."""
     clips, frames = batch.poses.shape[:2]
     chosen = torch.randint(0, frames, (clips, each), generator=draws)
-    return batch.poses[torch.arange(clips)[:, None], chosen].flatten(0, 1), batch.actions.repeat_interleave(each, 0)
+    return batch.poses[torch.arange(clips)[:, None], chosen].flatten(
+        0, 1
+    ), batch.actions.repeat_interleave(each, 0)
 
 
 CRITIC_STEPS = 3
@@ -112,7 +123,8 @@ def wasserstein_round(
     improve: Improve,
     draws: torch.Generator,
 ) -> dict[str, float]:
-    """`CRITIC_STEPS` steps of a critic and one of its generator, with the gradient penalty of Gulrajani et al. (2017).
+    """`CRITIC_STEPS` steps of a critic and one of its generator, with the gradient penalty of
+    Gulrajani et al. (2017).
 
     Parameters
     ----------
@@ -125,9 +137,13 @@ def wasserstein_round(
         fake = generate(len(real)).detach()
         share = torch.rand(len(real), 1, generator=draws)
         between = (share * real + (1 - share) * fake).requires_grad_()
-        (slope,) = torch.autograd.grad(critic(torch.cat([between, given], -1)).sum(), between, create_graph=True)
+        (slope,) = torch.autograd.grad(
+            critic(torch.cat([between, given], -1)).sum(), between, create_graph=True
+        )
         both = critic(torch.cat([torch.cat([fake, real]), torch.cat([given, given])], -1))
         distance = both[: len(fake)].mean() - both[len(fake) :].mean()
-        criticised = improve(critic, distance + GRADIENT_PENALTY * ((slope.norm(dim=-1) - 1) ** 2).mean())
+        criticised = improve(
+            critic, distance + GRADIENT_PENALTY * ((slope.norm(dim=-1) - 1) ** 2).mean()
+        )
     made = improve(generator, -critic(torch.cat([generate(len(real)), given], -1)).mean())
     return {"discriminator": criticised, "generator": made}

@@ -1,4 +1,5 @@
-"""CondGRU: the papers' deterministic baseline, after Shlizerman et al. 2018 (audio to body dynamics)."""
+"""CondGRU: the papers' deterministic baseline, after Shlizerman et al. 2018 (audio to body
+dynamics)."""
 
 from __future__ import annotations
 
@@ -11,10 +12,11 @@ TEACHER_FORCING = 0.5
 
 
 class CondGRU(Baseline):
-    """The class, made a vector as long as a pose, joins the pose; a GRU of 128 and a linear layer give the next pose.
+    """The class, made a vector as long as a pose, joins the pose; a GRU of 128 and a linear layer
+    give the next pose.
 
-    The first pose is a real one, the first state zero; half of the sequences are given real poses throughout, the others their
-    own. Assumed: squared error, no change of the pose's scale.
+    The first pose is a real one, the first state zero; half of the sequences are given real poses
+    throughout, the others their own. Assumed: squared error, no change of the pose's scale.
     """
 
     SOURCE = "Shlizerman et al., CVPR 2018"
@@ -25,9 +27,13 @@ class CondGRU(Baseline):
         self.recurrent = nn.GRU(2 * sizes.pose, sizes.hidden(128), batch_first=True)
         self.exit = nn.Linear(sizes.hidden(128), sizes.pose)
 
-    def follow(self, poses: Tensor, actions: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
+    def follow(
+        self, poses: Tensor, actions: Tensor, state: Tensor | None = None
+    ) -> tuple[Tensor, Tensor]:
         """What follows each of the poses (B, T, D), and the last state."""
-        hidden, state = self.recurrent(torch.cat([over_time(self.embed(actions), poses.shape[1]), poses], -1), state)
+        hidden, state = self.recurrent(
+            torch.cat([over_time(self.embed(actions), poses.shape[1]), poses], -1), state
+        )
         return self.exit(hidden), state
 
     def roll_out(self, first: Tensor, actions: Tensor, frames: int) -> Tensor:
@@ -38,14 +44,20 @@ class CondGRU(Baseline):
             made.append(pose)
         return torch.cat(made, 1)
 
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
         """See `Baseline`."""
         forced = torch.rand(len(batch.poses), generator=draws) < TEACHER_FORCING
         wanted, made = batch.poses[:, 1:], []
         for part, own in ((forced, False), (~forced, True)):
             if part.any():
                 poses, actions = batch.poses[part], batch.actions[part]
-                given = self.roll_out(poses[:, 0], actions, poses.shape[1]) if own else self.follow(poses[:, :-1], actions)[0]
+                given = (
+                    self.roll_out(poses[:, 0], actions, poses.shape[1])
+                    if own
+                    else self.follow(poses[:, :-1], actions)[0]
+                )
                 made.append(((given - wanted[part]) ** 2).flatten())
         return {"loss": improve(self, torch.cat(made).mean())}
 

@@ -1,4 +1,5 @@
-"""Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music, from the paper alone."""
+"""Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music, from the
+paper alone."""
 
 from __future__ import annotations
 
@@ -6,7 +7,17 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from a2v.lab.motion.baselines.base import FIRST_STAGE, Baseline, Batch, Improve, Sizes, layers, normal, over_time, real_or_not
+from a2v.lab.motion.baselines.base import (
+    FIRST_STAGE,
+    Baseline,
+    Batch,
+    Improve,
+    Sizes,
+    layers,
+    normal,
+    over_time,
+    real_or_not,
+)
 
 SNIPPET = 32
 INITIAL = 10
@@ -34,11 +45,14 @@ class Gaussian(nn.Module):
 
 
 class Dancing2Music(Baseline):
-    """A VAE learns snippets of 32 poses as an initial pose (10 numbers) and a movement (512); then a GAN learns which movements follow each other.
+    """A VAE learns snippets of 32 poses as an initial pose (10 numbers) and a movement (512); then
+    a GAN learns which movements follow each other.
 
-    GRUs are 1024 wide, divergences weigh .01, the sequence's L1 10. Snippets share a pose with the next one: its initial pose is the last pose before. The second stage encodes
-    a sequence of movements and the action to 512 numbers and decodes them; at sampling these are drawn. Assumed: divergences a dimension's mean, a discriminator that is told the
-    action, `FIRST_STAGE` of the training for the first stage.
+    GRUs are 1024 wide, divergences weigh .01, the sequence's L1 10. Snippets share a pose with the
+    next one: its initial pose is the last pose before. The second stage encodes a sequence of
+    movements and the action to 512 numbers and decodes them; at sampling these are drawn. Assumed:
+    divergences a dimension's mean, a discriminator that is told the action, `FIRST_STAGE` of the
+    training for the first stage.
     """
 
     SOURCE = "Lee et al., NeurIPS 2019"
@@ -80,27 +94,46 @@ class Dancing2Music(Baseline):
 
     def composed(self, code: Tensor, actions: Tensor) -> Tensor:
         """Movements (B, S, 512) of a code (B, 512) and an action."""
-        hidden, _ = self.composer["decoder"](over_time(torch.cat([code, actions], -1), self.snippets))
+        hidden, _ = self.composer["decoder"](
+            over_time(torch.cat([code, actions], -1), self.snippets)
+        )
         moves: Tensor = self.composer["exit"](hidden)
         return moves
 
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
         """See `Baseline`."""
-        parts = moved_to_origin(batch.poses.unfold(1, SNIPPET, SNIPPET - 1).transpose(-1, -2).flatten(0, 1))
+        parts = moved_to_origin(
+            batch.poses.unfold(1, SNIPPET, SNIPPET - 1).transpose(-1, -2).flatten(0, 1)
+        )
         if progress < FIRST_STAGE:
             initial, _, first = self.unit["z_initial"](self.unit["initial"](parts[:, 0]), draws)
             move, _, second = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)
             error = (self.decoded(initial, move) - parts).abs().mean()
-            return {"discriminator": 0.0, "generator": improve(self.unit, error + KL_WEIGHT * (first + second))}
+            return {
+                "discriminator": 0.0,
+                "generator": improve(self.unit, error + KL_WEIGHT * (first + second)),
+            }
         with torch.no_grad():
-            moves = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)[1].view(-1, self.snippets, MOVE)
+            moves = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)[1].view(
+                -1, self.snippets, MOVE
+            )
         fake = self.composed(normal(draws, len(moves), MOVE), batch.actions)
         true = real_or_not(self.judged(moves, batch.actions), True)
-        discriminator = improve(self.judge, true + real_or_not(self.judged(fake.detach(), batch.actions), False))
-        hidden = self.composer["encoder"](torch.cat([moves, over_time(batch.actions, self.snippets)], -1))[1][0]
+        discriminator = improve(
+            self.judge, true + real_or_not(self.judged(fake.detach(), batch.actions), False)
+        )
+        hidden = self.composer["encoder"](
+            torch.cat([moves, over_time(batch.actions, self.snippets)], -1)
+        )[1][0]
         code, _, divergence = self.composer["z"](hidden, draws)
         error = functional.l1_loss(self.composed(code, batch.actions), moves)
-        wish = real_or_not(self.judged(fake, batch.actions), True) + SEQUENCE_WEIGHT * error + KL_WEIGHT * divergence
+        wish = (
+            real_or_not(self.judged(fake, batch.actions), True)
+            + SEQUENCE_WEIGHT * error
+            + KL_WEIGHT * divergence
+        )
         return {"discriminator": discriminator, "generator": improve(self.composer, wish)}
 
     def judged(self, moves: Tensor, actions: Tensor) -> Tensor:
@@ -111,12 +144,21 @@ class Dancing2Music(Baseline):
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
         """See `Baseline`."""
         moves = self.composed(normal(draws, len(actions), MOVE), actions)
-        initial, root, parts = normal(draws, len(actions), INITIAL), torch.zeros(len(actions), 1, 3), []
+        initial, root, parts = (
+            normal(draws, len(actions), INITIAL),
+            torch.zeros(len(actions), 1, 3),
+            [],
+        )
         for index in range(self.snippets):
-            joints = joints_of(moved_to_origin(self.decoded(initial, moves[:, index]))) + root[:, :, None]
+            joints = (
+                joints_of(moved_to_origin(self.decoded(initial, moves[:, index])))
+                + root[:, :, None]
+            )
             parts.append(joints[:, 1:] if index else joints)
             root = joints[:, -1:, 0]
-            initial = self.unit["z_initial"](self.unit["initial"](moved_to_origin(joints[:, -1:].flatten(2))[:, 0]), draws)[1]
+            initial = self.unit["z_initial"](
+                self.unit["initial"](moved_to_origin(joints[:, -1:].flatten(2))[:, 0]), draws
+            )[1]
         return torch.cat(parts, 1)[:, : self.sizes.frames].flatten(2)
 
 

@@ -1,4 +1,5 @@
-"""LatentTransition: Wang et al. 2020 (diverse stochastic human-action generators by learning smooth latent transitions)."""
+"""LatentTransition: Wang et al. 2020 (diverse stochastic human-action generators by learning smooth
+latent transitions)."""
 
 from __future__ import annotations
 
@@ -31,10 +32,12 @@ CLASS_WEIGHT = 0.01
 
 
 class LatentTransition(Baseline):
-    """A Wasserstein GAN of poses, then an LSTM whose clipped steps, summed, lead through its latent space.
+    """A Wasserstein GAN of poses, then an LSTM whose clipped steps, summed, lead through its latent
+    space.
 
-    Pose noise has 12 dimensions, layers are 1024 wide with batch norm in the generator; the LSTM is 256 wide; a Bi-LSTM on poses and
-    their differences says whether a motion is real and which action it is. Assumed: poses are made without the class, which the LSTM is told in every frame;
+    Pose noise has 12 dimensions, layers are 1024 wide with batch norm in the generator; the LSTM is
+    256 wide; a Bi-LSTM on poses and their differences says whether a motion is real and which
+    action it is. Assumed: poses are made without the class, which the LSTM is told in every frame;
     steps end at .3; the Bi-LSTM is 128 wide; `FIRST_STAGE` of the training for the first stage.
     """
 
@@ -47,7 +50,9 @@ class LatentTransition(Baseline):
         self.pose_critic = layers(sizes.pose, wide, wide, 1)
         self.steps = nn.ModuleDict(
             {
-                "recurrent": nn.LSTM(2 * NOISE + sizes.actions, sizes.hidden(256), batch_first=True),
+                "recurrent": nn.LSTM(
+                    2 * NOISE + sizes.actions, sizes.hidden(256), batch_first=True
+                ),
                 "exit": nn.Linear(sizes.hidden(256), NOISE),
             }
         )
@@ -68,7 +73,8 @@ class LatentTransition(Baseline):
         return first[:, None] + functional.pad(steps.cumsum(1), (0, 0, 1, 0)), steps
 
     def poses_of(self, latents: Tensor) -> Tensor:
-        """Poses (B, T, D) of latent vectors (B, T, 12), by the running statistics of the batch norms."""
+        """Poses (B, T, D) of latent vectors (B, T, 12), by the running statistics of the batch
+        norms."""
         poses: Tensor = self.pose.eval()(latents.flatten(0, 1)).unflatten(0, latents.shape[:2])
         return poses
 
@@ -78,24 +84,42 @@ class LatentTransition(Baseline):
 
     def judged(self, poses: Tensor) -> Tensor:
         """Outputs (B, 1 + C) for motions (B, T, D)."""
-        hidden, _ = self.judge["recurrent"](torch.cat([poses, functional.pad(poses.diff(dim=1), (0, 0, 1, 0))], -1))
+        hidden, _ = self.judge["recurrent"](
+            torch.cat([poses, functional.pad(poses.diff(dim=1), (0, 0, 1, 0))], -1)
+        )
         outputs: Tensor = self.judge["exit"](hidden.mean(1))
         return outputs
 
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
         """See `Baseline`."""
         if progress < FIRST_STAGE:
             real, _ = random_poses(batch, draws)
             self.pose.train()
             return wasserstein_round(
-                lambda count: self.pose(normal(draws, count, NOISE)), self.pose, self.pose_critic, real, real[:, :0], improve, draws
+                lambda count: self.pose(normal(draws, count, NOISE)),
+                self.pose,
+                self.pose_critic,
+                real,
+                real[:, :0],
+                improve,
+                draws,
             )
         latents, steps = self.walk(batch.actions, self.sizes.frames, draws)
         made = self.poses_of(latents)
         real, false = self.judged(batch.poses), self.judged(made.detach())
         doubt = real_or_not(real[:, :1], True) + real_or_not(false[:, :1], False)
-        discriminator = improve(self.judge, doubt + CLASS_WEIGHT * functional.cross_entropy(real[:, 1:], batch.labels))
+        discriminator = improve(
+            self.judge, doubt + CLASS_WEIGHT * functional.cross_entropy(real[:, 1:], batch.labels)
+        )
         outputs = self.judged(made)
-        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(outputs[:, 1:], batch.labels)
-        wish = wish + SMOOTH_WEIGHT * (steps.diff(dim=1) ** 2).sum((1, 2)).mean() + MAGNITUDE_WEIGHT * (steps**2).mean()
+        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(
+            outputs[:, 1:], batch.labels
+        )
+        wish = (
+            wish
+            + SMOOTH_WEIGHT * (steps.diff(dim=1) ** 2).sum((1, 2)).mean()
+            + MAGNITUDE_WEIGHT * (steps**2).mean()
+        )
         return {"discriminator": discriminator, "generator": improve(self.steps, wish)}

@@ -24,11 +24,21 @@ from a2v.lab.motion.baselines.cond_gru import CondGRU
 from a2v.lab.motion.baselines.dancing2music import Dancing2Music
 from a2v.lab.motion.baselines.latent_transition import LatentTransition
 from a2v.lab.motion.baselines.two_stage_gan import TwoStageGAN
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.runs import (
+    RateSchedule,
+    Run,
+    RunSettings,
+    Training,
+    carry_on,
+    identity,
+    read_checkpoint,
+)
 from a2v.types import FloatArray, IntArray
 
 FILE = "baseline.pt"
-KINDS: Mapping[str, type[Baseline]] = dict(zip(NAMES, (CondGRU, TwoStageGAN, ActMoCoGAN, Dancing2Music, LatentTransition), strict=True))
+KINDS: Mapping[str, type[Baseline]] = dict(
+    zip(NAMES, (CondGRU, TwoStageGAN, ActMoCoGAN, Dancing2Music, LatentTransition), strict=True)
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +69,9 @@ class BaselineSettings(RunSettings):
         if self.name not in KINDS:
             raise InputError(f"unknown baseline '{self.name}'; choose from {', '.join(KINDS)}")
         if min(self.iterations, self.batch_size, self.log_every) < 1 or not 0 < self.width <= 4:
-            raise InputError("iterations, batch_size and log_every of a baseline must be positive, its width at most 4")
+            raise InputError(
+                "iterations, batch_size and log_every of a baseline must be positive, its width at most 4"
+            )
         if self.batch_size < 2:
             raise InputError("batch_size of a baseline is 1; batch norms need at least 2")
 
@@ -75,10 +87,14 @@ class BaselineTraining(Training):
             settings = dataclasses.replace(settings, device="cpu")
         self.dataset, self.settings = dataset, settings
         torch.manual_seed(settings.seed)
-        self.sizes = Sizes(3 * dataset.skeleton.n_joints, len(dataset.actions), dataset.length, settings.width)
+        self.sizes = Sizes(
+            3 * dataset.skeleton.n_joints, len(dataset.actions), dataset.length, settings.width
+        )
         self.model = KINDS[settings.name](self.sizes)
         # one optimizer for all networks: it leaves weights without a gradient as they are
-        self.optimizer = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, betas=(0.5, 0.999))
+        self.optimizer = torch.optim.Adam(
+            self.model.parameters(), lr=settings.learning_rate, betas=(0.5, 0.999)
+        )
         self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=1.0)
         self.sampler = ClipSampler(dataset, self.model.window)
 
@@ -86,7 +102,9 @@ class BaselineTraining(Training):
         """See `a2v.lab.motion.baselines.base.Improve`."""
         weights = list(module.parameters())
         self.optimizer.zero_grad(set_to_none=True)
-        for weight, gradient in zip(weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True):
+        for weight, gradient in zip(
+            weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True
+        ):
             weight.grad = gradient
         self.optimizer.step()
         return float(loss.detach())
@@ -94,17 +112,30 @@ class BaselineTraining(Training):
     def step(self) -> dict[str, float]:
         """One iteration; the losses that the baseline names."""
         seed, iteration = self.settings.seed, self.iteration
-        joints, labels, _ = self.sampler.batch(self.settings.batch_size, np.random.default_rng([seed, iteration]))
+        joints, labels, _ = self.sampler.batch(
+            self.settings.batch_size, np.random.default_rng([seed, iteration])
+        )
         known = torch.from_numpy(labels)
-        batch = Batch(torch.from_numpy(joints).flatten(2), functional.one_hot(known, self.sizes.actions).float(), known)
+        batch = Batch(
+            torch.from_numpy(joints).flatten(2),
+            functional.one_hot(known, self.sizes.actions).float(),
+            known,
+        )
         self.model.train()
         draws = torch.Generator().manual_seed(seed * 1_000_003 + iteration)
         return self.model.learn(batch, iteration / self.settings.iterations, self.improve, draws)
 
     def content(self) -> dict[str, Any]:
         """Weights, and what they are of."""
-        about = {"name": self.settings.name, "sizes": dataclasses.asdict(self.sizes), "actions": list(self.dataset.actions)}
-        return {"model": self.model.state_dict(), "baseline": about | {"dataset": self.dataset.name}}
+        about = {
+            "name": self.settings.name,
+            "sizes": dataclasses.asdict(self.sizes),
+            "actions": list(self.dataset.actions),
+        }
+        return {
+            "model": self.model.state_dict(),
+            "baseline": about | {"dataset": self.dataset.name},
+        }
 
     def restore(self, content: Mapping[str, Any]) -> None:
         """See `Training`."""
@@ -137,7 +168,9 @@ class TrainedBaseline:
     digest: str
 
     @torch.no_grad()
-    def generate(self, labels: IntArray, first: FloatArray, generator: np.random.Generator) -> FloatArray:
+    def generate(
+        self, labels: IntArray, first: FloatArray, generator: np.random.Generator
+    ) -> FloatArray:
         """Joints (N, T, J, 3) float32, native units and the world's axes, first root at the origin.
 
         Parameters
@@ -150,7 +183,12 @@ class TrainedBaseline:
         draws = torch.Generator().manual_seed(int(generator.integers(2**62)))
         actions = functional.one_hot(torch.from_numpy(labels), len(self.actions)).float()
         given = torch.from_numpy(first).flatten(1)
-        made = torch.cat([self.model.sample(*part, draws) for part in zip(torch.split(actions, 500), torch.split(given, 500), strict=True)])
+        made = torch.cat(
+            [
+                self.model.sample(*part, draws)
+                for part in zip(torch.split(actions, 500), torch.split(given, 500), strict=True)
+            ]
+        )
         joints = made.view(*made.shape[:2], -1, 3).numpy()
         moved: FloatArray = joints - joints[:, :1, :1]
         return moved
@@ -180,7 +218,13 @@ def train_baseline(
     """
     path = Path(folder) / FILE
     run = Run(path, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
-    carry_on(BaselineTraining(dataset, settings), run, settings, iterations=settings.iterations, on_log=on_log)
+    carry_on(
+        BaselineTraining(dataset, settings),
+        run,
+        settings,
+        iterations=settings.iterations,
+        on_log=on_log,
+    )
     return load_baseline(path)
 
 
@@ -197,8 +241,15 @@ def load_baseline(path: str | os.PathLike[str]) -> TrainedBaseline:
         about = content["baseline"]
         model = KINDS[about["name"]](Sizes(**about["sizes"]))
         model.load_state_dict(content["model"])
-        facts = (str(about["name"]), model.eval(), tuple(map(str, about["actions"])), str(about["dataset"]))
+        facts = (
+            str(about["name"]),
+            model.eval(),
+            tuple(map(str, about["actions"])),
+            str(about["dataset"]),
+        )
         made_with = content["made_with"]["dataset_digest"]
     except (KeyError, TypeError, ValueError, RuntimeError, AttributeError):
-        raise InputError(f"{path} holds no baseline of a2v; give the {FILE} of a2v train baseline") from None
+        raise InputError(
+            f"{path} holds no baseline of a2v; give the {FILE} of a2v train baseline"
+        ) from None
     return TrainedBaseline(*facts, made_with, int(content["iteration"]), sha256(path))

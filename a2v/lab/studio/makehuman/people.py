@@ -1,4 +1,5 @@
-"""Persons: a shape of Anny's, a skin, hair, clothes, shoes and sometimes a hat, as an `Avatar` that the studio photographs like any other."""
+"""Persons: a shape of Anny's, a skin, hair, clothes, shoes and sometimes a hat, as an `Avatar` that
+the studio photographs like any other."""
 
 from __future__ import annotations
 
@@ -24,7 +25,13 @@ from a2v.lab.studio.avatars import Avatar
 from a2v.lab.studio.frames import MotionFrames
 from a2v.lab.studio.guide import CARRIERS, Guide
 from a2v.lab.studio.makehuman.assets import Archive, Item
-from a2v.lab.studio.makehuman.binding import carried, kept_faces, lay_on, opaque_faces, visible_parts
+from a2v.lab.studio.makehuman.binding import (
+    carried,
+    kept_faces,
+    lay_on,
+    opaque_faces,
+    visible_parts,
+)
 from a2v.lab.studio.makehuman.hm08 import (
     RIG_BONES,
     RIG_PARENTS,
@@ -59,7 +66,14 @@ ODD_CLOTHES = ("male_worksuit01",)
 HATS = ("fedora", "fedora_cocked")
 WOMENS_HAIR = ("afro01", "bob01", "bob02", "braid01", "long01", "ponytail01", "short03")
 UNDER_HATS = ("short03", "short04")
-HAIR_COLORS = ((22, 18, 16), (44, 30, 22), (82, 54, 34), (128, 88, 52), (196, 158, 104), (132, 62, 30))
+HAIR_COLORS = (
+    (22, 18, 16),
+    (44, 30, 22),
+    (82, 54, 34),
+    (128, 88, 52),
+    (196, 158, 104),
+    (132, 62, 30),
+)
 GREY_HAIR = ((150, 146, 142), (222, 218, 212))
 EYE_COLORS = ((70, 44, 24), (92, 66, 40), (70, 100, 120), (86, 106, 74), (40, 28, 20))
 
@@ -91,15 +105,22 @@ class Wardrobes:
     def __init__(self, data: str | os.PathLike[str]) -> None:
         """`data` is the folder that holds the archive."""
         self.archive = Archive(Path(data) / ARCHIVE)
-        self._clothes = {name: path for name, path in self.archive.under("clothes", ".mhclo").items() if name not in ODD_CLOTHES}
+        self._clothes = {
+            name: path
+            for name, path in self.archive.under("clothes", ".mhclo").items()
+            if name not in ODD_CLOTHES
+        }
         self._hair = self.archive.under("hair", ".mhclo")
         self._skins = {
-            name: path for name, path in self.archive.under("skins", ".mhmat").items() if not any(odd in name for odd in ODD_SKINS)
+            name: path
+            for name, path in self.archive.under("skins", ".mhmat").items()
+            if not any(odd in name for odd in ODD_SKINS)
         }
         self._items: dict[str, Item] = {}
 
     def names(self, kind: str, split: str, *, sex: str = "") -> tuple[str, ...]:
-        """What of a kind ("skins", "clothes", "hair", "shoes", "hats") people of a split have; of their `sex` ("female", "male") if that is given."""
+        """What of a kind ("skins", "clothes", "hair", "shoes", "hats") people of a split have; of
+        their `sex` ("female", "male") if that is given."""
         known = {"skins": self._skins, "hair": self._hair}.get(kind, self._clothes)
         held = HELD_OUT.get(kind, ())
         found = []
@@ -109,7 +130,12 @@ class Wardrobes:
                 continue
             if held and (name in held) != (split == "validation"):
                 continue
-            if sex and kind == "hair" and (name in WOMENS_HAIR) != (sex == "female") and name not in ("afro01", "short03"):
+            if (
+                sex
+                and kind == "hair"
+                and (name in WOMENS_HAIR) != (sex == "female")
+                and name not in ("afro01", "short03")
+            ):
                 continue
             if sex and kind in ("skins", "clothes") and not re.search(rf"(^|_){sex}\d*(_|$)", name):
                 continue
@@ -131,16 +157,22 @@ class Wardrobes:
 
 
 def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str, float]:
-    """Anny's shape parameters of somebody of a sex ("female", "male") and age (1/3 is a child of about ten, 2/3 a young adult, 1 old)."""
+    """Anny's shape parameters of somebody of a sex ("female", "male") and age (1/3 is a child of
+    about ten, 2/3 a young adult, 1 old)."""
     shape = {
-        "gender": float(generator.uniform(0.85, 1) if sex == "female" else generator.uniform(0, 0.15)),
+        "gender": float(
+            generator.uniform(0.85, 1) if sex == "female" else generator.uniform(0, 0.15)
+        ),
         "age": age,
         "muscle": float(generator.uniform(0.2, 0.85)),
         "weight": float(np.clip(generator.normal(0.52, 0.18), 0.15, 0.98)),
         "height": float(np.clip(generator.normal(0.42, 0.12), 0.12, 0.72)),
         "proportions": float(generator.uniform(0.3, 0.9)),
     }
-    return shape | {name: float(np.clip(generator.normal(0, 0.15), -0.4, 0.4)) for name in load_body_model().shape_names[len(shape) :]}
+    return shape | {
+        name: float(np.clip(generator.normal(0, 0.15), -0.4, 0.4))
+        for name in load_body_model().shape_names[len(shape) :]
+    }
 
 
 def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Person:
@@ -151,19 +183,32 @@ def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Per
         return str(names[int(generator.integers(len(names)))]) if names else ""
 
     sex = str(generator.choice(["female", "male"]))
-    age = float(generator.choice([generator.uniform(0.6, 0.97), generator.uniform(0.36, 0.6)], p=[0.85, 0.15]))
+    age = float(
+        generator.choice(
+            [generator.uniform(0.6, 0.97), generator.uniform(0.36, 0.6)], p=[0.85, 0.15]
+        )
+    )
     shape = draw_shape(generator, sex, age)
     span = "young" if age < 0.76 else "middleage" if age < 0.88 else "old"
     skins = wardrobes.names("skins", split, sex=sex)
     skin = choose([name for name in skins if name.startswith(span)] or skins)
-    outfit, shoes = choose(wardrobes.names("clothes", split, sex=sex)), choose(wardrobes.names("shoes", split))
+    outfit, shoes = (
+        choose(wardrobes.names("clothes", split, sex=sex)),
+        choose(wardrobes.names("shoes", split)),
+    )
     hat = choose(wardrobes.names("hats", split)) if generator.random() < 0.1 else ""
     hair = wardrobes.names("hair", split, sex=sex)
     hair = tuple(name for name in hair if not hat or name in UNDER_HATS)
     bald = generator.random() < (0.1 if sex == "male" else 0.01)
     grey = age > 0.85 and generator.random() < 0.6
     shades = HAIR_COLORS + GREY_HAIR
-    color = shades[int(generator.integers(6, 8) if grey else generator.choice(6, p=[0.3, 0.25, 0.2, 0.12, 0.08, 0.05]))]
+    color = shades[
+        int(
+            generator.integers(6, 8)
+            if grey
+            else generator.choice(6, p=[0.3, 0.25, 0.2, 0.12, 0.08, 0.05])
+        )
+    ]
     eyes = EYE_COLORS[int(generator.integers(len(EYE_COLORS)))]
     tint = tuple(float(value * generator.uniform(0.85, 1.15)) for value in color)
     kind = outfit.split("_", 1)[-1] or "bare"
@@ -189,7 +234,8 @@ def dress(person: Person, wardrobes: Wardrobes) -> Dressed:
 
 
 class _Pieces:
-    """Meshes that are put together: vertices, weights, faces and their corners on textures of their own."""
+    """Meshes that are put together: vertices, weights, faces and their corners on textures of their
+    own."""
 
     def __init__(self) -> None:
         self.vertices: list[FloatArray] = []
@@ -201,8 +247,17 @@ class _Pieces:
         self.images: list[ByteArray] = []
         self._count = 0
 
-    def add(self, name: str, vertices: FloatArray, weights: FloatArray, faces: IntArray, uv: FloatArray, image: ByteArray) -> None:
-        """Another mesh; vertices that no face has are left out. `uv` (F, 3, 2) has its origin at the lower left."""
+    def add(
+        self,
+        name: str,
+        vertices: FloatArray,
+        weights: FloatArray,
+        faces: IntArray,
+        uv: FloatArray,
+        image: ByteArray,
+    ) -> None:
+        """Another mesh; vertices that no face has are left out. `uv` (F, 3, 2) has its origin at
+        the lower left."""
         if not len(faces):
             return
         used, index = np.unique(faces, return_inverse=True)
@@ -219,20 +274,46 @@ class _Pieces:
 def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
     """The person's skin, eyes and clothes as one rigged mesh in T-pose."""
     base = load_base()
-    worn = [("cloth", person.outfit), ("shoes", person.shoes), ("hair", person.hair), ("hat", person.hat)]
+    worn = [
+        ("cloth", person.outfit),
+        ("shoes", person.shoes),
+        ("hair", person.hair),
+        ("hat", person.hat),
+    ]
     items = [(kind, wardrobes.item(name)) for kind, name in worn if name]
     skin_seen, seen = visible_parts([item for _, item in items])
     pieces = _Pieces()
     shown = kept_faces(base.skin, skin_seen)
-    pieces.add("skin", shaped.base, base.weights, base.skin[shown], base.skin_uv[shown], wardrobes.skin(person.skin))
+    pieces.add(
+        "skin",
+        shaped.base,
+        base.weights,
+        base.skin[shown],
+        base.skin_uv[shown],
+        wardrobes.skin(person.skin),
+    )
     for side, faces in zip(("left", "right"), base.eyes, strict=True):
-        pieces.add(f"{side} eye", shaped.base, base.weights, faces, eye_corners(shaped.base, faces), eye_texture(person.eye_color))
+        pieces.add(
+            f"{side} eye",
+            shaped.base,
+            base.weights,
+            faces,
+            eye_corners(shaped.base, faces),
+            eye_texture(person.eye_color),
+        )
     for (kind, item), own in zip(items, seen, strict=True):
         kept = kept_faces(item.mesh.faces, own) & opaque_faces(item)
         image = filled_texture(item.texture)
         image = tinted(image, person.hair_color) if kind == "hair" else image
         weights = strongest(carried(item.binding, base.weights))
-        pieces.add(f"{kind} {item.name}", lay_on(item.binding, shaped.base), weights, item.mesh.faces[kept], item.mesh.uv[kept], image)
+        pieces.add(
+            f"{kind} {item.name}",
+            lay_on(item.binding, shaped.base),
+            weights,
+            item.mesh.faces[kept],
+            item.mesh.uv[kept],
+            image,
+        )
     texture, tiles = pack_atlas(pieces.images)
     meshes, dense = np.concatenate(pieces.meshes), np.concatenate(pieces.weights)
     rest = shaped.to_t_pose(np.concatenate(pieces.vertices), dense)
@@ -259,14 +340,26 @@ def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
 
 def garments(avatar: Avatar) -> Wardrobe:
     """Where a dressed avatar's texture shows clothes that may take other colours."""
-    meshes = [index for index, name in enumerate(avatar.mesh_names) if name.startswith(("cloth", "shoes", "hat"))]
+    meshes = [
+        index
+        for index, name in enumerate(avatar.mesh_names)
+        if name.startswith(("cloth", "shoes", "hat"))
+    ]
     if not meshes:
         nothing = np.zeros(0, np.int64)
-        return Wardrobe(nothing, nothing, np.zeros((0, 3), np.float32), np.zeros(0, np.float32), nothing, nothing)
+        return Wardrobe(
+            nothing,
+            nothing,
+            np.zeros((0, 3), np.float32),
+            np.zeros(0, np.float32),
+            nothing,
+            nothing,
+        )
     chosen = np.flatnonzero(np.isin(avatar.mesh_ids, meshes))
     faces = avatar.faces[chosen]
     piece = piece_of_faces(len(avatar.parts), faces)
-    # a shirt is of one colour down to its hem: what is sewn together has the body part that most of it is on
+    # a shirt is of one colour down to its hem: what is sewn together has the body part that most of
+    # it is on
     held = np.zeros((int(piece.max()) + 1, len(PARTS)), int)
     np.add.at(held, (piece, avatar.parts[faces[:, 0]]), 1)
     part = paint_faces(avatar, chosen, held.argmax(axis=1)[piece])
@@ -287,7 +380,9 @@ def make_guide(shaped: Shaped, name: str) -> Guide:
     carriers = []
     for mark in BLAZEPOSE:
         side, _, joint = mark.partition("_")
-        carriers.append(RIG_BONES.index(f"{side.title()}{CARRIERS[joint]}" if joint in CARRIERS else "Head"))
+        carriers.append(
+            RIG_BONES.index(f"{side.title()}{CARRIERS[joint]}" if joint in CARRIERS else "Head")
+        )
     up = np.linalg.inv(shaped.lower[carriers])
     landmarks = np.einsum("kij,kj->ki", up[:, :3, :3], shaped.landmarks) + up[:, :3, 3]
     return Guide(
@@ -307,7 +402,12 @@ def make_guide(shaped: Shaped, name: str) -> Guide:
 def eye_corners(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Texture coordinates (F, 3, 2) of an eye: u is the angle from its gaze (+z), 1 at the back."""
     corner = vertices[faces] - vertices[np.unique(faces)].mean(axis=0)
-    u = np.arccos(np.clip(corner[..., 2] / np.maximum(np.linalg.norm(corner, axis=-1), 1e-9), -1, 1)) / np.pi
+    u = (
+        np.arccos(
+            np.clip(corner[..., 2] / np.maximum(np.linalg.norm(corner, axis=-1), 1e-9), -1, 1)
+        )
+        / np.pi
+    )
     return np.stack([u, np.full(u.shape, 0.5)], axis=-1)
 
 

@@ -1,4 +1,5 @@
-"""The bank of poses: frames of every recorded clip on the avatars' rig, sorted into kinds so that rare ones can be drawn as often as common ones."""
+"""The bank of poses: frames of every recorded clip on the avatars' rig, sorted into kinds so that
+rare ones can be drawn as often as common ones."""
 
 from __future__ import annotations
 
@@ -23,7 +24,14 @@ KINDS = 500
 """Of the poses of a data set and split."""
 HELD_OUT = 9
 """Clips whose number ends in this digit are of the validation split."""
-_TOLD_BY = ("Head", *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("ForeArm", "Hand", "UpLeg", "Leg", "Foot")))
+_TOLD_BY = (
+    "Head",
+    *(
+        f"{side}{bone}"
+        for side in ("Left", "Right")
+        for bone in ("ForeArm", "Hand", "UpLeg", "Leg", "Foot")
+    ),
+)
 """Bones whose heads tell poses apart."""
 
 
@@ -50,7 +58,12 @@ class PoseBank(Record):
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
-        for name, shape in {"rotations": ("P", len(POSED_BONES), 3), "sets": ("P",), "splits": ("P",), "kinds": ("P",)}.items():
+        for name, shape in {
+            "rotations": ("P", len(POSED_BONES), 3),
+            "sets": ("P",),
+            "splits": ("P",),
+            "kinds": ("P",),
+        }.items():
             self._check(name, shape, sizes)
 
     @cached_property
@@ -62,11 +75,14 @@ class PoseBank(Record):
                 own = np.flatnonzero((self.splits == split) & (self.sets == number))
                 if len(own):
                     own = own[np.argsort(self.kinds[own], kind="stable")]
-                    found[split, number] = np.split(own, np.flatnonzero(np.diff(self.kinds[own])) + 1)
+                    found[split, number] = np.split(
+                        own, np.flatnonzero(np.diff(self.kinds[own])) + 1
+                    )
         return found
 
     def draw(self, split: str, generator: np.random.Generator, common: float) -> Pose:
-        """A pose of a split: with probability `common` any frame is as likely as any other, else any kind.
+        """A pose of a split: with probability `common` any frame is as likely as any other, else
+        any kind.
 
         Raises
         ------
@@ -76,7 +92,9 @@ class PoseBank(Record):
         number = int(generator.random() < 0.4)  # CMU has more to tell
         there = [at for of, at in self._members if of == SPLITS.index(split)]
         if not there:
-            raise InputError(f"the bank has no poses of the split '{split}'; make it anew from more clips")
+            raise InputError(
+                f"the bank has no poses of the split '{split}'; make it anew from more clips"
+            )
         kinds = self._members[SPLITS.index(split), number if number in there else there[0]]
         if generator.random() < common:
             starts = np.cumsum([len(own) for own in kinds])
@@ -86,11 +104,19 @@ class PoseBank(Record):
         else:
             own = kinds[int(generator.integers(len(kinds)))]
             chosen = own[int(generator.integers(len(own)))]
-        return {name: self.rotations[chosen, index].astype(np.float64) for index, name in enumerate(POSED_BONES)}
+        return {
+            name: self.rotations[chosen, index].astype(np.float64)
+            for index, name in enumerate(POSED_BONES)
+        }
 
 
 def make_pose_bank(
-    avatar: Avatar, data: str | os.PathLike[str], *, step: int = 2, clips: int | None = None, progress: Progress | None = None
+    avatar: Avatar,
+    data: str | os.PathLike[str],
+    *,
+    step: int = 2,
+    clips: int | None = None,
+    progress: Progress | None = None,
 ) -> PoseBank:
     """The bank of all clips of CMU and HumanAct12.
 
@@ -125,10 +151,16 @@ def make_pose_bank(
     if not found:
         raise InputError(f"no recorded motions for the bank of poses: {'; '.join(problems)}")
     body, slots = avatar_body(avatar), [avatar.bone_names.index(name) for name in POSED_BONES]
-    todo = [(number, clip) for number, own in found.items() for clip in range(min(len(own.joints), clips or len(own.joints)))]
+    todo = [
+        (number, clip)
+        for number, own in found.items()
+        for clip in range(min(len(own.joints), clips or len(own.joints)))
+    ]
     rotations: list[FloatArray] = []
     for done, (number, clip) in enumerate(todo, 1):
-        transforms = retarget(found[number].motion(clip), body, settings=RetargetSettings(raw=True, life=STILL))[::step]
+        transforms = retarget(
+            found[number].motion(clip), body, settings=RetargetSettings(raw=True, life=STILL)
+        )[::step]
         local = local_rotations(avatar, transforms)[:, slots]
         local[:, 0] = np.stack([without_heading(rotvec) for rotvec in local[:, 0]])
         rotations.append(local.astype(np.float16))
@@ -138,11 +170,19 @@ def make_pose_bank(
     sets = np.repeat([number for number, _ in todo], lengths).astype(np.int8)
     splits = np.repeat([clip % 10 == HELD_OUT for _, clip in todo], lengths).astype(np.int8)
     together = np.concatenate(rotations)
-    return PoseBank(rotations=together, sets=sets, splits=splits, kinds=sort_poses(avatar, together, 2 * sets + splits))
+    return PoseBank(
+        rotations=together,
+        sets=sets,
+        splits=splits,
+        kinds=sort_poses(avatar, together, 2 * sets + splits),
+    )
 
 
-def open_bank(folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None) -> PoseBank:
-    """The bank of a folder, ``bank.npz``; it is made there at the first time, which takes ten minutes.
+def open_bank(
+    folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None
+) -> PoseBank:
+    """The bank of a folder, ``bank.npz``; it is made there at the first time, which takes ten
+    minutes.
 
     Parameters
     ----------
@@ -160,19 +200,28 @@ def open_bank(folder: str | os.PathLike[str], data: str | os.PathLike[str], prog
     """
     path = Path(folder) / "bank.npz"
     if not path.exists():
-        make_pose_bank(load_avatar(list_avatars(Path(data) / "avatars")[0]), data, progress=progress).save(path)
+        make_pose_bank(
+            load_avatar(list_avatars(Path(data) / "avatars")[0]), data, progress=progress
+        ).save(path)
     return PoseBank.load(path)
 
 
 def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntArray:
-    """Kinds (P,) int16 of poses (P, 22, 3), in each of their `groups` (P,): the nearest of `KINDS` poses that are far from each other.
+    """Kinds (P,) int16 of poses (P, 22, 3), in each of their `groups` (P,): the nearest of `KINDS`
+    poses that are far from each other.
 
-    These are chosen greedily, each as far as can be from those before it (Gonzalez 1985), by where `_TOLD_BY` are from the hips.
+    These are chosen greedily, each as far as can be from those before it (Gonzalez 1985), by where
+    `_TOLD_BY` are from the hips.
     """
     kinds = np.zeros(len(rotations), np.int16)
     for group in np.unique(groups):
         own = np.flatnonzero(groups == group)
-        told = np.concatenate([joint_places(avatar, part) for part in np.array_split(rotations[own], -(-len(own) // 8192))])
+        told = np.concatenate(
+            [
+                joint_places(avatar, part)
+                for part in np.array_split(rotations[own], -(-len(own) // 8192))
+            ]
+        )
         nearest, last = np.full(len(own), np.inf, np.float32), 0
         for kind in range(min(KINDS, len(own))):
             distance = ((told - told[last]) ** 2).sum(axis=1)
@@ -183,7 +232,8 @@ def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntAr
 
 
 def joint_places(avatar: Avatar, rotations: FloatArray) -> FloatArray:
-    """Where the heads of `_TOLD_BY` are in poses (P, 22, 3), metres from the middle of the hips; (P, 33) float32."""
+    """Where the heads of `_TOLD_BY` are in poses (P, 22, 3), metres from the middle of the hips;
+    (P, 33) float32."""
     numbers = [avatar.bone_names.index(name) for name in POSED_BONES]
     rest = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     turns = np.asarray(rotvec_to_rotmat(rotations.astype(np.float64)))
@@ -191,10 +241,15 @@ def joint_places(avatar: Avatar, rotations: FloatArray) -> FloatArray:
     heads: dict[int, FloatArray] = {}
     for slot, bone in enumerate(numbers):
         parent = int(avatar.bone_parents[bone])
-        while parent >= 0 and parent not in world:  # a bone that is not posed goes with the one above it
+        while (
+            parent >= 0 and parent not in world
+        ):  # a bone that is not posed goes with the one above it
             parent = int(avatar.bone_parents[parent])
         if parent < 0:
-            world[bone], heads[bone] = turns[:, slot], np.repeat(rest[None, bone], len(rotations), axis=0)
+            world[bone], heads[bone] = (
+                turns[:, slot],
+                np.repeat(rest[None, bone], len(rotations), axis=0),
+            )
         else:
             world[bone] = world[parent] @ turns[:, slot]
             heads[bone] = heads[parent] + world[parent] @ (rest[bone] - rest[parent])

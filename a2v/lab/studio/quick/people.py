@@ -1,4 +1,5 @@
-"""Who is photographed: the quick studio, which makes a shard of views from (seed, split, number) alone."""
+"""Who is photographed: the quick studio, which makes a shard of views from (seed, split, number)
+alone."""
 
 from __future__ import annotations
 
@@ -29,14 +30,17 @@ from a2v.lab.studio.variation import SPLITS, split_of
 from a2v.types import FloatArray, Progress
 
 HELD_OUT: tuple[str, ...] = ("Asian_M_1", "Black_M_1", "White_F_1")
-"""Avatars of the studio's training split whom quick views show in the validation split alone. The studio's own validation and report
-identities are in neither: they are for the figures of what uses the network."""
+"""Avatars of the studio's training split whom quick views show in the validation split alone. The
+studio's own validation and report identities are in neither: they are for the figures of what uses
+the network."""
 TRIES = 20
 CROWD = 64
 """Successive blocks with the same other people."""
 
 
-def prepare_folder(folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None) -> None:
+def prepare_folder(
+    folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None
+) -> None:
     """Make a folder's bank of poses and guides, unless they are there: a quarter of an hour, once.
 
     Parameters
@@ -71,7 +75,8 @@ class QuickStudio:
     Raises
     ------
     InputError
-        The settings want MakeHuman's people, and nobody dresses them, or name a folder of backgrounds without any.
+        The settings want MakeHuman's people, and nobody dresses them, or name a folder of
+        backgrounds without any.
     """
 
     def __init__(
@@ -84,15 +89,21 @@ class QuickStudio:
     ) -> None:
         """See the class."""
         if dresser is None and settings.people != "avatars":
-            raise InputError(f"people is '{settings.people}', but there is no archive of MakeHuman's; choose people avatars")
+            raise InputError(
+                f"people is '{settings.people}', but there is no archive of MakeHuman's; choose people avatars"
+            )
         own = [path for path in paths if split_of(path.stem) == "training"]
-        self.paths = {split: [path for path in own if quick_split_of(path.stem) == split] for split in SPLITS}
+        self.paths = {
+            split: [path for path in own if quick_split_of(path.stem) == split] for split in SPLITS
+        }
         self.bank, self.guides, self.settings, self.dresser = bank, guides, settings, dresser
         self._photographs = Backgrounds(settings.backgrounds) if settings.photographs else None
         self._crowd: tuple[tuple[str, int], list[CutOut]] | None = None
 
     @classmethod
-    def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: QuickSettings) -> QuickStudio:
+    def open(
+        cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: QuickSettings
+    ) -> QuickStudio:
         """The quick studio of a folder, which is prepared before (`prepare_folder`).
 
         Parameters
@@ -100,7 +111,8 @@ class QuickStudio:
         folder : path
             Of the views.
         data : path
-            Folder with ``avatars/``, the motion data and, unless people is "avatars", MakeHuman's archive.
+            Folder with ``avatars/``, the motion data and, unless people is "avatars", MakeHuman's
+            archive.
 
         Raises
         ------
@@ -113,7 +125,8 @@ class QuickStudio:
         return cls(list_avatars(Path(data) / "avatars"), bank, guides, settings, dresser)
 
     def shard(self, split: str, number: int) -> QuickShard:
-        """Shard `number` of a split, 64 views of four people; the same settings, split and number give the same one.
+        """Shard `number` of a split, 64 views of four people; the same settings, split and number
+        give the same one.
 
         Raises
         ------
@@ -124,9 +137,12 @@ class QuickStudio:
         return QuickShard.of([view for block in blocks for view in self.block(split, block)])
 
     def block(self, split: str, number: int, *, outfits: int = BLOCK // OUTFIT) -> list[QuickView]:
-        """The 16 views of one person, in an outfit for every four. Of "both" every other block is an avatar's."""
+        """The 16 views of one person, in an outfit for every four. Of "both" every other block is
+        an avatar's."""
         settings = self.settings
-        generator = np.random.default_rng([settings.seed, SPLITS.index(split), number, Stream.QUICK_BLOCK])
+        generator = np.random.default_rng(
+            [settings.seed, SPLITS.index(split), number, Stream.QUICK_BLOCK]
+        )
         prepared, guide = self._person(split, number, generator)
         places = places_of(prepared, guide, canonical_places())
         others = self._passers_by(split, number // CROWD) if settings.others else []
@@ -134,22 +150,43 @@ class QuickStudio:
         for _ in range(outfits):
             outfit = draw_outfit(prepared, generator)
             outfit = dataclasses.replace(outfit, texture=softened(outfit.texture))
-            views += [self._view(split, outfit, guide, places, others, generator) for _ in range(OUTFIT)]
+            views += [
+                self._view(split, outfit, guide, places, others, generator) for _ in range(OUTFIT)
+            ]
         return views
 
     def _passers_by(self, split: str, number: int) -> list[CutOut]:
-        """The other people of so many blocks: four of the split, each in four views with nothing around; the last ones are kept."""
+        """The other people of so many blocks: four of the split, each in four views with nothing
+        around; the last ones are kept."""
         if self._crowd is None or self._crowd[0] != (split, number):
-            plain = dataclasses.replace(self.settings, cut=0.0, shift=0.0, things=0.0, furniture=0.0, others=0.0, photographs=0.0)
+            plain = dataclasses.replace(
+                self.settings,
+                cut=0.0,
+                shift=0.0,
+                things=0.0,
+                furniture=0.0,
+                others=0.0,
+                photographs=0.0,
+            )
             studio = copy(self)
             studio.settings = plain
             blocks = [10**6 + 4 * number + at for at in range(4)]
-            cut = [CutOut.of(view.image, view.mask) for block in blocks for view in studio.block(split, block, outfits=1)]
+            cut = [
+                CutOut.of(view.image, view.mask)
+                for block in blocks
+                for view in studio.block(split, block, outfits=1)
+            ]
             self._crowd = (split, number), cut
         return self._crowd[1]
 
     def _view(
-        self, split: str, outfit: Outfit, guide: Guide, places: FloatArray, others: Sequence[CutOut], generator: np.random.Generator
+        self,
+        split: str,
+        outfit: Outfit,
+        guide: Guide,
+        places: FloatArray,
+        others: Sequence[CutOut],
+        generator: np.random.Generator,
     ) -> QuickView:
         """A view that shows enough of the person."""
         settings = self.settings
@@ -164,23 +201,33 @@ class QuickStudio:
                 photographs=settings.photographs,
                 backgrounds=self._photographs,
             )
-            made = quick_view(outfit, guide, places, pose | clutter.grip, settings, generator, clutter)
+            made = quick_view(
+                outfit, guide, places, pose | clutter.grip, settings, generator, clutter
+            )
             if made is not None:
                 return made
-        raise InputError(f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if it is broken")
+        raise InputError(
+            f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if it is broken"
+        )
 
-    def _person(self, split: str, number: int, generator: np.random.Generator) -> tuple[PreparedAvatar, Guide]:
+    def _person(
+        self, split: str, number: int, generator: np.random.Generator
+    ) -> tuple[PreparedAvatar, Guide]:
         """Who is in a block, and the guide."""
         if self.dresser is not None and (self.settings.people == "makehuman" or number % 2):
             made = self.dresser.dressed(split, number)
             return made.prepared, made.guide
         paths = self.paths[split]
         if not paths:
-            raise InputError(f"no avatar belongs to the quick views' split '{split}'; see a2v.lab.studio.quick.people.HELD_OUT")
+            raise InputError(
+                f"no avatar belongs to the quick views' split '{split}'; see a2v.lab.studio.quick.people.HELD_OUT"
+            )
         path = paths[int(generator.integers(len(paths)))]
         key = guide_key(path.stem)
         if key not in self.guides:
-            raise InputError(f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the views' folder to make them anew")
+            raise InputError(
+                f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the views' folder to make them anew"
+            )
         return prepare_avatar(str(path)), self.guides[key]
 
 

@@ -1,4 +1,5 @@
-"""One quick view: a person in some pose, photographed at 256 pixels, and what the maps' pixels see."""
+"""One quick view: a person in some pose, photographed at 256 pixels, and what the maps' pixels
+see."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def softened(texture: ByteArray) -> ByteArray:
 
 
 def places_of(prepared: PreparedAvatar, guide: Guide, places: CanonicalPlaces) -> FloatArray:
-    """Places (V, 3) of an avatar's vertices on the body: of the nearest vertex of its guide, both at rest."""
+    """Places (V, 3) of an avatar's vertices on the body: of the nearest vertex of its guide, both
+    at rest."""
     from scipy.spatial import cKDTree
 
     avatar = prepared.avatar
@@ -50,7 +52,8 @@ def quick_view(
     generator: np.random.Generator,
     clutter: Clutter = NOTHING,
 ) -> QuickView | None:
-    """Turn, frame, light and photograph a posed person; None where the picture shows too little of it.
+    """Turn, frame, light and photograph a posed person; None where the picture shows too little of
+    it.
 
     Parameters
     ----------
@@ -63,7 +66,11 @@ def quick_view(
     clutter : Clutter
         What is around the person; the pose holds what it has in the hands.
     """
-    yaw = float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
+    yaw = float(
+        generator.normal(0, settings.yaw)
+        if generator.random() < settings.facing
+        else generator.uniform(-180, 180)
+    )
     placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
     solids = clutter.solids(placed, generator)
     framed = placed.seen if solids is None else unhidden(placed.seen, solids[0], generator)
@@ -83,19 +90,27 @@ def quick_view(
         if left.mean() < LEAST_SEEN or left.sum() < LEAST_LEFT * person.sum():
             return None
     lit = light_scene(rays, sitting, seen, generator, FILM)
-    feet = float(np.clip(np.ceil(alone.camera.project(alone.surface.vertices)[:, 1].max()) + 2, 0, PHOTO))
-    around = Around(*clutter.around(PHOTO, feet, person.reshape(FILM.shadows, FILM.shadows), generator))
+    feet = float(
+        np.clip(np.ceil(alone.camera.project(alone.surface.vertices)[:, 1].max()) + 2, 0, PHOTO)
+    )
+    around = Around(
+        *clutter.around(PHOTO, feet, person.reshape(FILM.shadows, FILM.shadows), generator)
+    )
     photo = photograph_scene(rays, sitting, seen, lit, generator, FILM, around=around)
     fore, rear = _see(bare, alone, MAP), _see(bare, alone, MAP, -1)
     marks = placed.landmarks(guide) - origin
     return QuickView(
-        photo=cv2.imencode(".jpg", photo.image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, photo.quality])[1].ravel(),
+        photo=cv2.imencode(
+            ".jpg", photo.image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, photo.quality]
+        )[1].ravel(),
         mask=photo.mask > 127,
         things=(photo.things > 127) & (photo.mask <= 127),
         places=_places_seen(fore.hits, alone.surface.faces, places),
         front=_depth(fore, side),
         back=_depth(rear, side),
-        landmarks=np.stack([marks[:, 0] / side + 0.5, 0.5 - marks[:, 1] / side, marks[:, 2] / side], axis=-1).astype(np.float32),
+        landmarks=np.stack(
+            [marks[:, 0] / side + 0.5, 0.5 - marks[:, 1] / side, marks[:, 2] / side], axis=-1
+        ).astype(np.float32),
         scale=1 / side,
         yaw=float((yaw + 180) % 360 - 180),
     )
@@ -106,10 +121,14 @@ def _see(rays: RayScene, scene: Sitting, size: int, side: int = 1) -> SideView:
     return side_view(rays, scene.normals, scene.camera, PHOTO, size, side)
 
 
-def _draw_square(seen: FloatArray, settings: QuickSettings, generator: np.random.Generator) -> Square:
+def _draw_square(
+    seen: FloatArray, settings: QuickSettings, generator: np.random.Generator
+) -> Square:
     """The square that is photographed of a person's vertices (V, 3) in the frame."""
     square = Square.around(seen, float(generator.uniform(settings.fill[0], settings.fill[1])))
-    square = replace(square, middle=square.middle + square.extent * settings.shift * generator.standard_normal(2))
+    square = replace(
+        square, middle=square.middle + square.extent * settings.shift * generator.standard_normal(2)
+    )
     return square.cut(generator) if generator.random() < settings.cut else square
 
 
@@ -118,7 +137,11 @@ def _sit(placed: Stand, origin: FloatArray, side: float) -> Sitting:
     outfit = placed.outfit
     avatar, vertices = outfit.avatar, (placed.seen - origin).astype(np.float32)
     surface = Surface(
-        vertices=vertices, faces=avatar.faces, colors=np.zeros((len(vertices), 3), np.float32), uv=avatar.uv, texture=outfit.texture
+        vertices=vertices,
+        faces=avatar.faces,
+        colors=np.zeros((len(vertices), 3), np.float32),
+        uv=avatar.uv,
+        texture=outfit.texture,
     )
     return Sitting(
         surface=surface,

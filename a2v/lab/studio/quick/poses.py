@@ -1,4 +1,5 @@
-"""Poses of quick views: recorded ones of every kind, mixed, bent, and with limbs anywhere within their joints' limits.
+"""Poses of quick views: recorded ones of every kind, mixed, bent, and with limbs anywhere within
+their joints' limits.
 
 Never `a2v.lab.studio.stances`: these are the poses that the fit is measured on.
 """
@@ -7,7 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.lab.studio.posing import SIDES, Pose, arm_towards, curled_fingers, joint_noise, natural_pose, open_pose, without_heading
+from a2v.lab.studio.posing import (
+    SIDES,
+    Pose,
+    arm_towards,
+    curled_fingers,
+    joint_noise,
+    natural_pose,
+    open_pose,
+    without_heading,
+)
 from a2v.lab.studio.quick.bank import PoseBank
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.types import FloatArray
@@ -20,7 +30,9 @@ _MOST_BENT = np.radians(145.0)
 """Of an elbow."""
 
 
-def draw_pose(bank: PoseBank, split: str, settings: QuickSettings, generator: np.random.Generator) -> Pose:
+def draw_pose(
+    bank: PoseBank, split: str, settings: QuickSettings, generator: np.random.Generator
+) -> Pose:
     """A pose without heading, hands between open and fists."""
     kind = generator.random()
     if kind < settings.natural:
@@ -31,7 +43,9 @@ def draw_pose(bank: PoseBank, split: str, settings: QuickSettings, generator: np
     if generator.random() < settings.limbs:
         other = bank.draw(split, generator, settings.common)
         side = "Left" if generator.random() < 0.5 else "Right"
-        pose |= {side + bone: other[side + bone] for bone in (_ARM if generator.random() < 0.5 else _LEG)}
+        pose |= {
+            side + bone: other[side + bone] for bone in (_ARM if generator.random() < 0.5 else _LEG)
+        }
     if generator.random() < settings.free:
         pose |= _free_limbs(generator)
     if generator.random() < settings.bent:
@@ -49,7 +63,11 @@ def _free_limbs(generator: np.random.Generator) -> Pose:
     pose: Pose = {}
     for side, sign in SIDES:
         if generator.random() < 0.6:
-            lift, turn, out = 0.6 - 2.5 * generator.random(), 0.3 * generator.normal(), 0.9 * generator.random() - 0.15
+            lift, turn, out = (
+                0.6 - 2.5 * generator.random(),
+                0.3 * generator.normal(),
+                0.9 * generator.random() - 0.15,
+            )
             pose[f"{side}UpLeg"] = np.array([lift, turn, sign * out])
             pose[f"{side}Leg"] = np.array([2.3 * generator.random(), 0.0, 0.0])
             pose[f"{side}Foot"] = np.array([generator.random() - 0.4, 0.0, 0.0])
@@ -61,7 +79,8 @@ def _free_limbs(generator: np.random.Generator) -> Pose:
 
 
 def _arm_directions(generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Directions (3,) of upper arm and forearm of a left arm: not far across the chest or behind the back, elbows that bend forwards."""
+    """Directions (3,) of upper arm and forearm of a left arm: not far across the chest or behind
+    the back, elbows that bend forwards."""
     while True:
         upper = generator.normal(size=3)
         upper /= np.linalg.norm(upper)
@@ -76,8 +95,11 @@ def _arm_directions(generator: np.random.Generator) -> tuple[FloatArray, FloatAr
 
 
 def _bend(pose: Pose, generator: np.random.Generator) -> None:
-    """Bend the trunk forwards by up to 63 degrees, in place; the legs go back so that the feet stay about below."""
+    """Bend the trunk forwards by up to 63 degrees, in place; the legs go back so that the feet stay
+    about below."""
     bend = 1.1 * generator.random()
     pose["Hips"] = pose["Hips"] + np.array([bend, 0.0, 0.0])
     for side, _ in SIDES:
-        pose[f"{side}UpLeg"] = pose[f"{side}UpLeg"] - np.array([bend * generator.uniform(0.6, 1.2), 0.0, 0.0])
+        pose[f"{side}UpLeg"] = pose[f"{side}UpLeg"] - np.array(
+            [bend * generator.uniform(0.6, 1.2), 0.0, 0.0]
+        )

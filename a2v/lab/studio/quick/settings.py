@@ -8,7 +8,8 @@ from a2v.errors import InputError
 from a2v.lab.studio.settings import PEOPLE
 
 VERSION = 2
-"""Of what a seed gives: raise it when quick views change, so that a folder never mixes two kinds."""
+"""Of what a seed gives: raise it when quick views change, so that a folder never mixes two
+kinds."""
 
 SHARD = 64
 """Views per file."""
@@ -20,7 +21,8 @@ OUTFIT = 4
 
 @dataclass(frozen=True, kw_only=True)
 class QuickSettings:
-    """What quick views show. Shares are of all views; those of changed poses are drawn one after the other.
+    """What quick views show. Shares are of all views; those of changed poses are drawn one after
+    the other.
 
     Attributes
     ----------
@@ -33,7 +35,8 @@ class QuickSettings:
     open : float
         Share of people in T- and A-poses; all others are in the pose of a recorded frame.
     common : float
-        Of the recorded frames, the share drawn as they come; of the others every kind of pose is as likely as every other.
+        Of the recorded frames, the share drawn as they come; of the others every kind of pose is as
+        likely as every other.
     limbs : float
         Share of poses with an arm or a leg of another frame.
     free : float
@@ -61,7 +64,8 @@ class QuickSettings:
     furniture : float
         Share of people with furniture that usually occludes a part of them.
     others : float
-        Share of people with other people in front of or behind them. `things`, `furniture`, `others` and `photographs` of 0 give version 1's views.
+        Share of people with other people in front of or behind them. `things`, `furniture`,
+        `others` and `photographs` of 0 give version 1's views.
     photographs : float
         Share of people in front of a photograph instead of a drawn background.
     backgrounds : str
@@ -99,10 +103,14 @@ class QuickSettings:
         if bad := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if self.natural + self.open > 1:
-            raise InputError(f"natural and open are {self.natural + self.open:g} together; expected at most 1")
+            raise InputError(
+                f"natural and open are {self.natural + self.open:g} together; expected at most 1"
+            )
         for name, least, most in (("distance", 1.5, 1e3), ("height", 0.0, 1e3), ("fill", 0.1, 1.0)):
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1] <= most:
-                raise InputError(f"{name} is {pair}; expected two numbers from {least:g} to {most:g}, the smaller one first")
+                raise InputError(
+                    f"{name} is {pair}; expected two numbers from {least:g} to {most:g}, the smaller one first"
+                )
         if min(self.shift, self.yaw) < 0:
             raise InputError("shift and yaw must be at least 0")

@@ -1,4 +1,5 @@
-"""Quick views and their files: a small photo, the mask, and what each pixel of the maps sees of the body."""
+"""Quick views and their files: a small photo, the mask, and what each pixel of the maps sees of the
+body."""
 
 from __future__ import annotations
 
@@ -23,8 +24,8 @@ MAP = 64
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class QuickView:
-    """A picture of a person who stands within a square, and the truth. Lengths are in sides of the square: u right and v down from its upper
-    left corner, depth towards the camera.
+    """A picture of a person who stands within a square, and the truth. Lengths are in sides of the
+    square: u right and v down from its upper left corner, depth towards the camera.
 
     Pixel (i, j) of a map is seen at u = (j + 0.5) / 64, v = (i + 0.5) / 64.
 
@@ -35,17 +36,21 @@ class QuickView:
     mask : (256, 256) bool
         Where the person is seen.
     things : (256, 256) bool
-        Where something else is seen that is no background: what the person holds, what is before or beside them.
+        Where something else is seen that is no background: what the person holds, what is before or
+        beside them.
     places : (64, 64, 3) int8
-        The place on the body (`a2v.body.places`) of what a pixel sees of the person, 127 is 1; 0 outside. As if there were no things.
+        The place on the body (`a2v.body.places`) of what a pixel sees of the person, 127 is 1; 0
+        outside. As if there were no things.
     front, back : (64, 64) float16
-        Depth of the person's front, and through it of the back; NaN outside. As if there were no things.
+        Depth of the person's front, and through it of the back; NaN outside. As if there were no
+        things.
     landmarks : (33, 3) float32
         BlazePose's landmarks: u, v, depth; hidden ones too.
     scale : float
         Sides of the square per metre.
     yaw : float
-        How far the person is turned about the vertical, degrees; positive towards the person's left.
+        How far the person is turned about the vertical, degrees; positive towards the person's
+        left.
     """
 
     photo: ByteArray
@@ -76,7 +81,9 @@ class QuickView:
 
         found = cv2.imdecode(np.asarray(self.photo), cv2.IMREAD_COLOR)
         if found is None or found.shape != (PHOTO, PHOTO, 3):
-            raise InputError("QuickView: the photo is damaged; remove the file that holds it and make it again")
+            raise InputError(
+                "QuickView: the photo is damaged; remove the file that holds it and make it again"
+            )
         return np.ascontiguousarray(found[..., ::-1])
 
 
@@ -119,7 +126,9 @@ class QuickShard(Record):
             "back": ("N", MAP, MAP), "landmarks": ("N", 33, 3), "scales": ("N",), "yaws": ("N",),
         }.items():  # fmt: skip
             self._check(name, shape, sizes)
-        if len(self.ends) and (int(self.ends[-1]) != len(self.photos) or (np.diff(self.ends, prepend=0) <= 0).any()):
+        if len(self.ends) and (
+            int(self.ends[-1]) != len(self.photos) or (np.diff(self.ends, prepend=0) <= 0).any()
+        ):
             raise InputError("QuickShard: the photos do not end where it says; make the file again")
 
     @classmethod
@@ -173,5 +182,7 @@ def list_shards(folder: str | os.PathLike[str], split: str) -> list[Path]:
     """
     found = sorted((Path(folder) / split).glob("[0-9]*.npz"))
     if not found:
-        raise InputError(f"{folder} has no quick views of the split '{split}'; a2v train bodymap makes them")
+        raise InputError(
+            f"{folder} has no quick views of the split '{split}'; a2v train bodymap makes them"
+        )
     return found

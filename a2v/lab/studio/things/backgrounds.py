@@ -16,8 +16,18 @@ from a2v.geometry.colors import srgb_to_linear
 from a2v.io import reading
 from a2v.types import ByteArray, FloatArray
 
-WHEEL = ("brick.png", "chelsea.png", "clock_motion.png", "coffee.png", "grass.png", "gravel.png", "hubble_deep_field.jpg", "rocket.jpg")
-"""In ``skimage/data`` of the wheel itself, CC0 or public domain by the docstrings of `skimage.data`; none shows people."""
+WHEEL = (
+    "brick.png",
+    "chelsea.png",
+    "clock_motion.png",
+    "coffee.png",
+    "grass.png",
+    "gravel.png",
+    "hubble_deep_field.jpg",
+    "rocket.jpg",
+)
+"""In ``skimage/data`` of the wheel itself, CC0 or public domain by the docstrings of
+`skimage.data`; none shows people."""
 _ENDINGS = (".jpg", ".jpeg", ".png", ".webp")
 _LONGEST = 1024
 """Pixels of the longer side that are kept."""
@@ -43,14 +53,19 @@ class Backgrounds:
         """See the class."""
         self.paths = _of_wheel()
         if folder:
-            found = sorted(path for path in Path(folder).rglob("*") if path.suffix.lower() in _ENDINGS)
+            found = sorted(
+                path for path in Path(folder).rglob("*") if path.suffix.lower() in _ENDINGS
+            )
             if not found:
-                raise InputError(f"{folder} has no picture ({', '.join(_ENDINGS)}) for a background; choose another folder, or none")
+                raise InputError(
+                    f"{folder} has no picture ({', '.join(_ENDINGS)}) for a background; choose another folder, or none"
+                )
             self.paths = [*self.paths, *found]
         self._read = lru_cache(maxsize=64)(_read)
 
     def draw(self, size: int, generator: np.random.Generator) -> FloatArray:
-        """A part of one of the photographs, linear light (size, size, 3) float32: mirrored, lighter or darker, tinted and blurred as it comes.
+        """A part of one of the photographs, linear light (size, size, 3) float32: mirrored, lighter
+        or darker, tinted and blurred as it comes.
 
         Raises
         ------
@@ -60,16 +75,25 @@ class Backgrounds:
         image = self._read(str(self.paths[int(generator.integers(len(self.paths)))]))
         height, width = image.shape[:2]
         side = max(2, int(min(height, width) * generator.uniform(0.35, 1.0)))
-        top, left = int(generator.integers(height - side + 1)), int(generator.integers(width - side + 1))
+        top, left = (
+            int(generator.integers(height - side + 1)),
+            int(generator.integers(width - side + 1)),
+        )
         part = image[top : top + side, left : left + side]
-        seen = cv2.resize(part, (size, size), interpolation=cv2.INTER_AREA if side > size else cv2.INTER_LINEAR)
+        seen = cv2.resize(
+            part, (size, size), interpolation=cv2.INTER_AREA if side > size else cv2.INTER_LINEAR
+        )
         if generator.random() < 0.5:
             seen = seen[:, ::-1]
         linear = srgb_to_linear(seen.astype(np.float32) / 255).astype(np.float32)
-        tint = generator.normal(0, 0.35 if np.ptp(seen.astype(float), axis=-1).mean() < _GREY else 0.06, 3)
+        tint = generator.normal(
+            0, 0.35 if np.ptp(seen.astype(float), axis=-1).mean() < _GREY else 0.06, 3
+        )
         linear = linear * np.exp(generator.normal(0, 0.3) + tint).astype(np.float32)
         if generator.random() < 0.5:  # out of focus
-            linear = cv2.GaussianBlur(np.ascontiguousarray(linear), (0, 0), float(generator.uniform(0.4, 5)))
+            linear = cv2.GaussianBlur(
+                np.ascontiguousarray(linear), (0, 0), float(generator.uniform(0.4, 5))
+            )
         return np.asarray(linear, np.float32)
 
 
@@ -80,7 +104,10 @@ def _of_wheel() -> list[Path]:
 
 
 def _read(path: str) -> ByteArray:
-    with reading(path, "picture", "a JPEG, PNG or WebP"), Image.open(path, formats=("JPEG", "PNG", "WEBP")) as file:
+    with (
+        reading(path, "picture", "a JPEG, PNG or WebP"),
+        Image.open(path, formats=("JPEG", "PNG", "WEBP")) as file,
+    ):
         file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded small
         image = file.convert("RGB")
     image.thumbnail((_LONGEST, _LONGEST))

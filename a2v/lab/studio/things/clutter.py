@@ -1,4 +1,5 @@
-"""What else views show: things in the person's hands, furniture, other people, and photographs behind."""
+"""What else views show: things in the person's hands, furniture, other people, and photographs
+behind."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ _MOST_HIDDEN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class CutOut:
-    """Somebody cut out of a picture: linear light (h, w, 3) float32, and how much of a pixel is theirs (h, w) float32."""
+    """Somebody cut out of a picture: linear light (h, w, 3) float32, and how much of a pixel is
+    theirs (h, w) float32."""
 
     color: FloatArray
     alpha: FloatArray
@@ -40,7 +42,12 @@ class CutOut:
         """The person of a picture, sRGB (H, W, 3), without the rim."""
         rows, columns = np.nonzero(mask)
         box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
-        thin = cv2.erode(mask[box].astype(np.uint8), np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=1)
+        thin = cv2.erode(
+            mask[box].astype(np.uint8),
+            np.ones((3, 3), np.uint8),
+            borderType=cv2.BORDER_CONSTANT,
+            borderValue=1,
+        )
         alpha = cv2.GaussianBlur(thin.astype(np.float32), (0, 0), 0.6)
         return cls(srgb_to_linear(image[box].astype(np.float32) / 255).astype(np.float32), alpha)
 
@@ -78,7 +85,8 @@ class Clutter:
         photographs: float = 0.0,
         backgrounds: Backgrounds | None = None,
     ) -> Clutter:
-        """Anything of it, by these shares; shares of 0 draw no number. Others are of `people`, photographs of `backgrounds`."""
+        """Anything of it, by these shares; shares of 0 draw no number. Others are of `people`,
+        photographs of `backgrounds`."""
 
         def happens(share: float) -> bool:
             return share > 0 and bool(generator.random() < share)
@@ -87,16 +95,24 @@ class Clutter:
         seat = happens(furniture)
         beside: Sequence[CutOut] = ()
         if people and happens(others):
-            beside = [people[int(at)] for at in generator.integers(len(people), size=int(generator.integers(1, 4)))]
-        return cls(held, seat, beside, backgrounds if backgrounds and happens(photographs) else None)
+            beside = [
+                people[int(at)]
+                for at in generator.integers(len(people), size=int(generator.integers(1, 4)))
+            ]
+        return cls(
+            held, seat, beside, backgrounds if backgrounds and happens(photographs) else None
+        )
 
     @property
     def grip(self) -> Pose:
         """Fingers, and arms, that hold what is in the hands: they replace the pose's."""
         return self.held.pose if self.held is not None else {}
 
-    def solids(self, placed: Stand, generator: np.random.Generator) -> tuple[Thing, list[ByteArray]] | None:
-        """Things in the photo's frame, with their patterns; None for none, or where they would reach the camera."""
+    def solids(
+        self, placed: Stand, generator: np.random.Generator
+    ) -> tuple[Thing, list[ByteArray]] | None:
+        """Things in the photo's frame, with their patterns; None for none, or where they would
+        reach the camera."""
         if self.held is None and not self.furniture:
             return None
         parts: list[Thing] = []
@@ -108,7 +124,9 @@ class Clutter:
         if self.furniture:
             person = avatar.skin(placed.transforms) + placed.shift
             found = draw_furniture(Body.of(avatar, ground, person), generator)
-            parts.append(Thing(found.vertices, found.faces, found.uv, (found.patterns + 2) % PATTERNS))
+            parts.append(
+                Thing(found.vertices, found.faces, found.uv, (found.patterns + 2) % PATTERNS)
+            )
         patterns = draw_patterns(generator, PATTERNS)
         frame, whole = placed.frame, joined(parts)
         away = frame.distance - (whole.vertices - frame.middle) @ frame.axes[2]
@@ -119,7 +137,8 @@ class Clutter:
     def around(
         self, size: int, feet: float, person: BoolArray, generator: np.random.Generator
     ) -> tuple[FloatArray | None, FloatArray | None]:
-        """The background (H, H, 3) and what is before everything (H, H, 4), linear light; None where there is nothing special.
+        """The background (H, H, 3) and what is before everything (H, H, 4), linear light; None
+        where there is nothing special.
 
         Parameters
         ----------
@@ -132,21 +151,41 @@ class Clutter:
         """
         if self.photographs is None and not self.others:
             return None, None
-        picture = background(size, feet, generator) if self.photographs is None else self.photographs.draw(size, generator)
+        picture = (
+            background(size, feet, generator)
+            if self.photographs is None
+            else self.photographs.draw(size, generator)
+        )
         if not self.others:
             return picture, None
         front = np.zeros((size, size, 4), np.float32)
-        rows, columns = np.nonzero(cv2.resize(person.astype(np.uint8), (size, size), interpolation=cv2.INTER_NEAREST))
+        rows, columns = np.nonzero(
+            cv2.resize(person.astype(np.uint8), (size, size), interpolation=cv2.INTER_NEAREST)
+        )
         tall, covered = float(np.ptp(rows)), np.zeros((size, size), np.float32)
         covered[rows, columns] = 1
-        picture = np.concatenate([picture, np.ones((size, size, 1), np.float32)], axis=-1).astype(np.float32)
+        picture = np.concatenate([picture, np.ones((size, size, 1), np.float32)], axis=-1).astype(
+            np.float32
+        )
         for other in self.others:
             nearer = bool(generator.random() < 0.5)
-            height = tall * generator.uniform(0.9, 1.7) if nearer else tall * generator.uniform(0.45, 1.0)
-            middle = columns.mean() + generator.choice([-1, 1]) * generator.uniform(0.15, 0.8) * tall * (0.7 if nearer else 1.0)
-            foot = feet + (generator.uniform(0.0, 0.9) * height * 0.5 if nearer else -generator.uniform(0, 0.15) * tall)
+            height = (
+                tall * generator.uniform(0.9, 1.7)
+                if nearer
+                else tall * generator.uniform(0.45, 1.0)
+            )
+            middle = columns.mean() + generator.choice([-1, 1]) * generator.uniform(
+                0.15, 0.8
+            ) * tall * (0.7 if nearer else 1.0)
+            foot = feet + (
+                generator.uniform(0.0, 0.9) * height * 0.5
+                if nearer
+                else -generator.uniform(0, 0.15) * tall
+            )
             layer = _laid(other, size, height, float(middle), float(foot), generator)
-            hides = float((np.maximum(layer[..., 3], front[..., 3]) * covered).sum()) / max(float(covered.sum()), 1.0)
+            hides = float((np.maximum(layer[..., 3], front[..., 3]) * covered).sum()) / max(
+                float(covered.sum()), 1.0
+            )
             if nearer and hides < _MOST_HIDDEN:
                 front = _over(layer, front)
             else:
@@ -160,11 +199,24 @@ NOTHING = Clutter()
 def among(alone: Sitting, thing: Thing, patterns: Sequence[ByteArray]) -> Sitting:
     """A person among things in the same frame."""
     surface, normals = with_thing(alone.surface, alone.normals, thing, patterns)
-    return Sitting(surface=surface, normals=normals, camera=alone.camera, own=(len(alone.surface.vertices), len(alone.surface.faces)))
+    return Sitting(
+        surface=surface,
+        normals=normals,
+        camera=alone.camera,
+        own=(len(alone.surface.vertices), len(alone.surface.faces)),
+    )
 
 
-def _laid(other: CutOut, size: int, height: float, middle: float, foot: float, generator: np.random.Generator) -> FloatArray:
-    """Somebody on an empty picture (H, H, 4), so many pixels tall, in the column `middle`, with the feet in the row `foot`."""
+def _laid(
+    other: CutOut,
+    size: int,
+    height: float,
+    middle: float,
+    foot: float,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Somebody on an empty picture (H, H, 4), so many pixels tall, in the column `middle`, with the
+    feet in the row `foot`."""
     scale = height / other.alpha.shape[0]
     shift = np.array([middle - scale * other.alpha.shape[1] / 2, foot - height])
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
@@ -173,7 +225,11 @@ def _laid(other: CutOut, size: int, height: float, middle: float, foot: float, g
         source = source[:, ::-1]
     if scale < 0.7:  # shrunk without stairs
         source = cv2.GaussianBlur(source, (0, 0), 0.4 / scale)
-    return np.asarray(cv2.warpAffine(np.ascontiguousarray(source, np.float32), matrix, (size, size), flags=cv2.INTER_LINEAR))
+    return np.asarray(
+        cv2.warpAffine(
+            np.ascontiguousarray(source, np.float32), matrix, (size, size), flags=cv2.INTER_LINEAR
+        )
+    )
 
 
 def _over(layer: FloatArray, picture: FloatArray) -> FloatArray:

@@ -1,4 +1,5 @@
-"""How much of a person a picture shows: around what it is framed, where its border cuts, and what things leave."""
+"""How much of a person a picture shows: around what it is framed, where its border cuts, and what
+things leave."""
 
 from __future__ import annotations
 
@@ -49,23 +50,32 @@ class Square:
     def cut(self, generator: np.random.Generator) -> Square:
         """One that is too small for who is in it, and beside them: its border cuts them."""
         fill = self.fill * float(generator.uniform(1.1, 1.5))
-        return Square(self.middle + self.extent * generator.uniform(-0.2, 0.2, 2), self.extent, fill)
+        return Square(
+            self.middle + self.extent * generator.uniform(-0.2, 0.2, 2), self.extent, fill
+        )
 
 
 def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> FloatArray:
-    """What of a person's vertices (V, 3) in the frame the picture is drawn around: all, or every other time those that a thing does not hide.
+    """What of a person's vertices (V, 3) in the frame the picture is drawn around: all, or every
+    other time those that a thing does not hide.
 
-    Who asks a network knows the mask alone (`a2v.perception.bodymap`, `a2v.reconstruction.implicit.inputs.frame_box`).
+    Who asks a network knows the mask alone (`a2v.perception.bodymap`,
+    `a2v.reconstruction.implicit.inputs.frame_box`).
     """
     if generator.random() < 0.5:
         return seen
     some = seen[::5]
-    free = some[~RayScene(thing.vertices, thing.faces).occluded(some.astype(np.float32), np.array([0, 0, 1], np.float32))]
+    free = some[
+        ~RayScene(thing.vertices, thing.faces).occluded(
+            some.astype(np.float32), np.array([0, 0, 1], np.float32)
+        )
+    ]
     return free if len(free) > LEAST_LEFT * len(some) else seen
 
 
 def share_left(seen: FloatArray, faces: IntArray, thing: Thing | None, square: Square) -> float:
-    """How much of what a camera would see of a person, vertices (V, 3) in the frame and faces (F, 3), neither a thing nor the border takes."""
+    """How much of what a camera would see of a person, vertices (V, 3) in the frame and faces (F,
+    3), neither a thing nor the border takes."""
     low, high = seen.min(axis=0), seen.max(axis=0)
     steps = (np.arange(_GRID) + 0.5) / _GRID
     at = low[:2] + (high - low)[:2] * np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)

@@ -1,4 +1,5 @@
-"""Things in hands: what they are, how arms and fingers hold them, and where they are once the person is posed."""
+"""Things in hands: what they are, how arms and fingers hold them, and where they are once the
+person is posed."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class Held:
     kind : str
         Of `KINDS`.
     things : mapping of side ("Left", "Right", "Both") to Thing
-        In the frame of that grip (`grip_frame`), metres; for both hands they span a length of 1 along x (`between`).
+        In the frame of that grip (`grip_frame`), metres; for both hands they span a length of 1
+        along x (`between`).
     pose : Pose
         Fingers that grip, and arms if it takes special ones: they replace the pose's.
     hangs : bool
@@ -41,12 +43,16 @@ class Held:
 
     def placed(self, avatar: Avatar, transforms: FloatArray) -> Thing:
         """Where it is in the hands of an avatar whose world-from-bone transforms are (B, 4, 4)."""
-        return joined([self._placed(side, thing, avatar, transforms) for side, thing in self.things.items()])
+        return joined(
+            [self._placed(side, thing, avatar, transforms) for side, thing in self.things.items()]
+        )
 
     def _placed(self, side: str, thing: Thing, avatar: Avatar, transforms: FloatArray) -> Thing:
         if side == "Both":
             frame, middle, width = _between(avatar, transforms)
-            stretched = Thing(thing.vertices * np.array([width, 1, 1]), thing.faces, thing.uv, thing.patterns)
+            stretched = Thing(
+                thing.vertices * np.array([width, 1, 1]), thing.faces, thing.uv, thing.patterns
+            )
             if self.kind == "large ball":
                 stretched = Thing(thing.vertices * width, thing.faces, thing.uv, thing.patterns)
             return stretched.moved(middle, frame)
@@ -55,7 +61,8 @@ class Held:
 
 
 def grip_frame(avatar: Avatar, transforms: FloatArray, side: str) -> tuple[FloatArray, FloatArray]:
-    """The grip of a hand: axes (3, 3) as columns, y towards the thumb and z out of the palm, and its middle (3,), on the palm.
+    """The grip of a hand: axes (3, 3) as columns, y towards the thumb and z out of the palm, and
+    its middle (3,), on the palm.
 
     Parameters
     ----------
@@ -75,7 +82,8 @@ def grip_frame(avatar: Avatar, transforms: FloatArray, side: str) -> tuple[Float
 
 
 def _between(avatar: Avatar, transforms: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Axes, x from the right hand's palm to the left one's and y as upright as can be; middle (3,), and their distance, metres."""
+    """Axes, x from the right hand's palm to the left one's and y as upright as can be; middle (3,),
+    and their distance, metres."""
     left, right = (grip_frame(avatar, transforms, side)[1] for side, _ in SIDES)
     width = max(float(np.linalg.norm(left - right)), 1e-3)
     x = (left - right) / width
@@ -106,7 +114,10 @@ def _arm(side: str, upper: tuple[float, float, float], fore: tuple[float, float,
     """An arm by directions of its segments, left: x outwards, y up, z to the front."""
     mirror = np.array([_SIGNS[side], 1.0, 1.0])
     straight = {f"{side}Hand": np.zeros(3)}
-    return arm_towards(side, _SIGNS[side], np.asarray(upper) * mirror, np.asarray(fore) * mirror) | straight
+    return (
+        arm_towards(side, _SIGNS[side], np.asarray(upper) * mirror, np.asarray(fore) * mirror)
+        | straight
+    )
 
 
 def _stick(generator: np.random.Generator) -> Thing:
@@ -119,34 +130,71 @@ def _racket(generator: np.random.Generator) -> Thing:
     size, neck = generator.uniform(0.07, 0.14), generator.uniform(0.12, 0.34)
     head = turned([(0, -0.008), (size, -0.008), (size, 0.008), (0, 0.008)], 1, 18)
     stretch = np.diag([1.0, 1.0, generator.uniform(1.0, 1.35)])
-    turn = _TURNED.T if generator.random() < 0.5 else np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) @ _TURNED.T
+    turn = (
+        _TURNED.T
+        if generator.random() < 0.5
+        else np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) @ _TURNED.T
+    )
     return joined([rod(0.016, -0.09, neck), head.moved([0, neck + 1.1 * size, 0], turn @ stretch)])
 
 
 def _umbrella(generator: np.random.Generator) -> Thing:
     long, wide = generator.uniform(0.55, 0.8), generator.uniform(0.4, 0.6)
-    canopy = turned([(wide, long - 0.55 * wide), (0.8 * wide, long - 0.3 * wide), (0.4 * wide, long - 0.08 * wide), (0, long)], 1, 8)
+    canopy = turned(
+        [
+            (wide, long - 0.55 * wide),
+            (0.8 * wide, long - 0.3 * wide),
+            (0.4 * wide, long - 0.08 * wide),
+            (0, long),
+        ],
+        1,
+        8,
+    )
     return joined([rod(0.011, -0.16, long + 0.05), canopy])
 
 
 def _bottle(generator: np.random.Generator) -> Thing:
     radius, tall = generator.uniform(0.027, 0.045), generator.uniform(0.14, 0.26)
-    body = turned([(0, 0), (radius, 0), (radius, 0.7 * tall), (0.4 * radius, 0.85 * tall), (0.4 * radius, tall), (0, tall)], 0)
+    body = turned(
+        [
+            (0, 0),
+            (radius, 0),
+            (radius, 0.7 * tall),
+            (0.4 * radius, 0.85 * tall),
+            (0.4 * radius, tall),
+            (0, tall),
+        ],
+        0,
+    )
     return body.moved([0, -0.4 * tall, 0.7 * radius])
 
 
 def _slab(generator: np.random.Generator) -> Thing:
-    size = generator.uniform(0.07, 0.12) if generator.random() < 0.5 else generator.uniform(0.12, 0.22)
+    size = (
+        generator.uniform(0.07, 0.12) if generator.random() < 0.5 else generator.uniform(0.12, 0.22)
+    )
     flat = box(size, size * generator.uniform(1.3, 2.1), generator.uniform(0.008, 0.03))
     flat = flat.painted(1) if generator.random() < 0.2 else flat
     return flat.moved([generator.uniform(-0.03, 0.03), 0, 0.02])
 
 
 def _bag(generator: np.random.Generator) -> Thing:
-    wide, tall, deep = generator.uniform(0.16, 0.5), generator.uniform(0.18, 0.45), generator.uniform(0.06, 0.2)
+    wide, tall, deep = (
+        generator.uniform(0.16, 0.5),
+        generator.uniform(0.18, 0.45),
+        generator.uniform(0.06, 0.2),
+    )
     strap = generator.uniform(0.06, 0.3)
-    straps = [rod(0.008, 0, strap, 1, sides=6).moved([sign * 0.22 * wide, -strap, 0]) for sign in (1, -1)]
-    return joined([box(wide, tall, deep).moved([0, -strap - tall / 2, 0]), box(0.44 * wide, 0.02, 0.02, 1), *straps])
+    straps = [
+        rod(0.008, 0, strap, 1, sides=6).moved([sign * 0.22 * wide, -strap, 0]) for sign in (1, -1)
+    ]
+    return joined(
+        [
+            box(wide, tall, deep).moved([0, -strap - tall / 2, 0]),
+            box(0.44 * wide, 0.02, 0.02, 1),
+            *straps,
+        ]
+    )
 
 
 def _dumbbell(generator: np.random.Generator) -> Thing:
@@ -186,10 +234,14 @@ def held_of(kind: str, generator: np.random.Generator) -> Held:
     pose: Pose = {}
     for own in sides:
         pose |= _fist(own, generator, curl)
-    if kind == "umbrella" or (kind in ("slab", "bottle", "small ball") and generator.random() < 0.6):
+    if kind == "umbrella" or (
+        kind in ("slab", "bottle", "small ball") and generator.random() < 0.6
+    ):
         raised = generator.uniform(-0.2, 0.9)
         upper = (generator.uniform(0.0, 0.35), -1.0, generator.uniform(-0.1, 0.5))
-        pose |= _arm(side, upper, (generator.uniform(-0.5, 0.15), 0.0 if kind == "umbrella" else raised, 1.0))
+        pose |= _arm(
+            side, upper, (generator.uniform(-0.5, 0.15), 0.0 if kind == "umbrella" else raised, 1.0)
+        )
     thing = make(generator)
     return Held(kind, dict.fromkeys(sides, thing), pose, hangs=kind == "bag")
 
@@ -201,13 +253,24 @@ def _for_both(kind: str, generator: np.random.Generator) -> Held:
     fore = (generator.uniform(-0.3, 0.0), reach, 1.0)
     if kind == "bar":
         if generator.random() < 0.4:  # overhead
-            upper, fore = (generator.uniform(0.3, 0.9), 1.0, 0.2), (generator.uniform(-0.1, 0.2), 1.0, 0.1)
+            upper, fore = (
+                (generator.uniform(0.3, 0.9), 1.0, 0.2),
+                (generator.uniform(-0.1, 0.2), 1.0, 0.1),
+            )
         radius, beyond = generator.uniform(0.012, 0.02), generator.uniform(0.7, 2.2)
         along = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         bar = rod(radius, -beyond, beyond)
         if generator.random() < 0.5:
             weight = generator.uniform(0.06, 0.2)
-            bar = joined([bar, *(rod(weight, sign * 0.9 * beyond, sign * 0.9 * beyond + 0.06, 1) for sign in (1, -1))])
+            bar = joined(
+                [
+                    bar,
+                    *(
+                        rod(weight, sign * 0.9 * beyond, sign * 0.9 * beyond + 0.06, 1)
+                        for sign in (1, -1)
+                    ),
+                ]
+            )
         thing = bar.moved([0, 0, 0], along)
     elif kind == "box":
         thing = box(1.0, generator.uniform(0.1, 0.4), generator.uniform(0.12, 0.4))

@@ -1,4 +1,5 @@
-"""Plain solids: boxes and surfaces of revolution, joined to things, and things joined to a person's textured mesh."""
+"""Plain solids: boxes and surfaces of revolution, joined to things, and things joined to a person's
+textured mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ TILE = 64
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """A mesh whose faces each have a place on a numbered pattern; vertices are shared where it is smooth.
+    """A mesh whose faces each have a place on a numbered pattern; vertices are shared where it is
+    smooth.
 
     Attributes
     ----------
@@ -74,34 +76,59 @@ def box(width: float, height: float, depth: float, pattern: int = 0) -> Thing:
 
 
 def turned(profile: Sequence[tuple[float, float]], pattern: int = 0, sides: int = 14) -> Thing:
-    """The surface that a profile of (radius, height), metres, from below to above, makes about the y axis. Where it starts and ends it is open."""
+    """The surface that a profile of (radius, height), metres, from below to above, makes about the
+    y axis. Where it starts and ends it is open."""
     rows = np.asarray(profile, float)
     around = 2 * np.pi * np.arange(sides + 1) / sides
     ring = np.stack([np.sin(around), np.zeros(sides + 1), np.cos(around)], axis=-1)
     vertices = rows[:, None, :1] * ring + rows[:, None, 1:] * np.array([0.0, 1.0, 0.0])
     length = np.r_[0, np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=1))]
-    at = np.stack(np.broadcast_arrays(around[None] / (2 * np.pi), (length / max(length[-1], 1e-9))[:, None]), axis=-1).reshape(-1, 2)
+    at = np.stack(
+        np.broadcast_arrays(around[None] / (2 * np.pi), (length / max(length[-1], 1e-9))[:, None]),
+        axis=-1,
+    ).reshape(-1, 2)
     first = (np.arange(len(rows) - 1)[:, None] * (sides + 1) + np.arange(sides)[None]).ravel()
     up = first + sides + 1
-    faces = np.concatenate([np.stack([first, first + 1, up + 1], axis=1), np.stack([first, up + 1, up], axis=1)])
+    faces = np.concatenate(
+        [np.stack([first, first + 1, up + 1], axis=1), np.stack([first, up + 1, up], axis=1)]
+    )
     return Thing(vertices.reshape(-1, 3), faces, at[faces], np.full(len(faces), pattern))
 
 
-def rod(radius: float, low: float, high: float, pattern: int = 0, *, tip: float | None = None, sides: int = 10) -> Thing:
+def rod(
+    radius: float,
+    low: float,
+    high: float,
+    pattern: int = 0,
+    *,
+    tip: float | None = None,
+    sides: int = 10,
+) -> Thing:
     """A closed rod along y; `tip` is its radius above, if it is another one."""
     end = radius if tip is None else tip
     wall = turned([(radius, low), (end, high)], pattern, sides)
-    return joined([wall, turned([(0, low), (radius, low)], pattern, sides), turned([(end, high), (0, high)], pattern, sides)])
+    return joined(
+        [
+            wall,
+            turned([(0, low), (radius, low)], pattern, sides),
+            turned([(end, high), (0, high)], pattern, sides),
+        ]
+    )
 
 
 def ball(radius: float, pattern: int = 0, *, tall: float = 1.0) -> Thing:
     """A ball around the origin, stretched by `tall` along y."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, 9)
-    return turned([(float(radius * np.cos(a)), float(tall * radius * np.sin(a))) for a in angle], pattern)
+    return turned(
+        [(float(radius * np.cos(a)), float(tall * radius * np.sin(a))) for a in angle], pattern
+    )
 
 
-def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Sequence[ByteArray]) -> tuple[Surface, FloatArray]:
-    """A person's textured surface with a thing behind its faces, and the normals (V, 3) of both; the patterns lie below the texture.
+def with_thing(
+    surface: Surface, normals: FloatArray, thing: Thing, patterns: Sequence[ByteArray]
+) -> tuple[Surface, FloatArray]:
+    """A person's textured surface with a thing behind its faces, and the normals (V, 3) of both;
+    the patterns lie below the texture.
 
     Parameters
     ----------
@@ -126,7 +153,9 @@ def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Se
     tall = height + TILE
     own = places * np.array([1, height / tall], np.float32) + np.array([0, TILE / tall], np.float32)
     inside = 1 + (TILE - 2) * thing.uv  # a pixel from the borders: neighbours don't shine through
-    theirs = np.stack([(inside[..., 0] + TILE * thing.patterns[:, None]) / width, inside[..., 1] / tall], axis=-1)
+    theirs = np.stack(
+        [(inside[..., 0] + TILE * thing.patterns[:, None]) / width, inside[..., 1] / tall], axis=-1
+    )
     vertices, faces = thing.vertices.astype(np.float32), thing.faces + len(surface.vertices)
     whole = replace(
         surface,
@@ -136,4 +165,6 @@ def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Se
         uv=np.concatenate([own, theirs.astype(np.float32)]),
         texture=np.concatenate([texture, strip]),
     )
-    return whole, np.concatenate([normals, smooth_normals(vertices, thing.faces, np.arange(len(vertices)))])
+    return whole, np.concatenate(
+        [normals, smooth_normals(vertices, thing.faces, np.arange(len(vertices)))]
+    )

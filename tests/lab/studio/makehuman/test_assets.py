@@ -12,7 +12,13 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.lab.studio.makehuman.assets import BASE_VERTICES, Archive, parse_mhclo
-from a2v.lab.studio.makehuman.binding import carried, kept_faces, lay_on, opaque_faces, visible_parts
+from a2v.lab.studio.makehuman.binding import (
+    carried,
+    kept_faces,
+    lay_on,
+    opaque_faces,
+    visible_parts,
+)
 
 MHCLO = """# a square on the first three vertices
 name square
@@ -108,7 +114,10 @@ def test_an_item_is_read_whole(tmp_path: Path, files: dict[str, bytes]) -> None:
 def test_what_is_worn_over_hides_skin_and_clothes(tmp_path: Path, files: dict[str, bytes]) -> None:
     below = MHCLO.replace("z_depth 50", "z_depth 5").replace("5 7 - 9 12\n100", "")
     over = MHCLO.replace("5 7 - 9 12\n100", "0 - 2")
-    files |= {"base/clothes/square/below.mhclo": below.encode(), "base/clothes/square/over.mhclo": over.encode()}
+    files |= {
+        "base/clothes/square/below.mhclo": below.encode(),
+        "base/clothes/square/over.mhclo": over.encode(),
+    }
     archive = Archive(archive_of(tmp_path, files))
     items = [archive.item(f"base/clothes/square/{name}.mhclo") for name in ("below", "over")]
     for order in ((0, 1), (1, 0)):
@@ -117,7 +126,10 @@ def test_what_is_worn_over_hides_skin_and_clothes(tmp_path: Path, files: dict[st
         assert own[order.index(1)].all()
         assert not seen[:3].any()
         assert seen[3:].all()
-    assert kept_faces(np.array([[0, 1, 2], [0, 1, 3]]), seen).tolist() == [False, True]  # skin goes on below the hem
+    assert kept_faces(np.array([[0, 1, 2], [0, 1, 3]]), seen).tolist() == [
+        False,
+        True,
+    ]  # skin goes on below the hem
 
 
 @pytest.mark.parametrize(
@@ -146,7 +158,9 @@ def test_broken_bindings_are_refused(text: str, message: str) -> None:
         ({f"many/{index}": b"" for index in range(2001)}, "expected at most 2000"),
     ],
 )
-def test_hostile_archives_are_refused(tmp_path: Path, files: dict[str, bytes], changed: dict[str, bytes], message: str) -> None:
+def test_hostile_archives_are_refused(
+    tmp_path: Path, files: dict[str, bytes], changed: dict[str, bytes], message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         Archive(archive_of(tmp_path, files | changed))
 
@@ -154,14 +168,29 @@ def test_hostile_archives_are_refused(tmp_path: Path, files: dict[str, bytes], c
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"base/clothes/square/square.mhmat": b"diffuseTexture ../../../../../etc/passwd\n"}, "leads out of the archive"),
+        (
+            {"base/clothes/square/square.mhmat": b"diffuseTexture ../../../../../etc/passwd\n"},
+            "leads out of the archive",
+        ),
         ({"base/clothes/square/square.mhmat": b"name dull\n"}, "names no diffuseTexture"),
         ({"base/looks/square.png": b"no picture"}, "is no picture"),
-        ({"base/clothes/square/square.obj": OBJ.replace("v 0 1 0\n", "").replace(" 4/4", "").encode()}, "binds 4 vertices, but its mesh has 3"),
-        ({"base/clothes/square/square.mhclo": MHCLO.replace("square.obj", "round.obj").encode()}, "holds no 'base/clothes/square/round.obj'"),
+        (
+            {
+                "base/clothes/square/square.obj": OBJ.replace("v 0 1 0\n", "")
+                .replace(" 4/4", "")
+                .encode()
+            },
+            "binds 4 vertices, but its mesh has 3",
+        ),
+        (
+            {"base/clothes/square/square.mhclo": MHCLO.replace("square.obj", "round.obj").encode()},
+            "holds no 'base/clothes/square/round.obj'",
+        ),
     ],
 )
-def test_broken_items_are_refused(tmp_path: Path, files: dict[str, bytes], changed: dict[str, bytes], message: str) -> None:
+def test_broken_items_are_refused(
+    tmp_path: Path, files: dict[str, bytes], changed: dict[str, bytes], message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         Archive(archive_of(tmp_path, files | changed)).item("base/clothes/square/square.mhclo")
 
@@ -174,7 +203,9 @@ def test_no_archive_is_told(tmp_path: Path) -> None:
         Archive(tmp_path / "text.zip")
 
 
-def test_a_picture_that_says_it_is_huge_is_not_decoded(tmp_path: Path, files: dict[str, bytes]) -> None:
+def test_a_picture_that_says_it_is_huge_is_not_decoded(
+    tmp_path: Path, files: dict[str, bytes]
+) -> None:
     png = bytearray(files["base/looks/square.png"])
     png[16:24] = (60_000).to_bytes(4, "big") * 2  # width and height
     png[29:33] = zlib.crc32(bytes(png[12:29])).to_bytes(4, "big")

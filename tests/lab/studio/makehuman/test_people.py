@@ -9,9 +9,23 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
-from a2v.lab.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, load_base, rig_bone, shape_body, sparse_weights
+from a2v.lab.studio.makehuman.hm08 import (
+    RIG_BONES,
+    RIG_PARENTS,
+    load_base,
+    rig_bone,
+    shape_body,
+    sparse_weights,
+)
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, Dresser, draw_person, filled_texture, tinted
+from a2v.lab.studio.makehuman.people import (
+    ARCHIVE,
+    HELD_OUT,
+    Dresser,
+    draw_person,
+    filled_texture,
+    tinted,
+)
 from a2v.lab.studio.posing import POSED_BONES, PoseLibrary
 from a2v.lab.studio.scene import Dressed
 from a2v.lab.studio.settings import StudioSettings
@@ -32,8 +46,18 @@ def dressed(dresser: Dresser) -> Dressed:
 
 @pytest.fixture(scope="module")
 def studio(dresser: Dresser, data_dir: Path) -> Studio:
-    library = PoseLibrary(bones=POSED_BONES, rotations=np.zeros((1, len(POSED_BONES), 3), np.float32), actions=("still",))
-    return Studio(data_dir / "avatars", library, {}, StudioSettings(people="makehuman", actions=0.9, points=2000, surface_points=1500), dresser)
+    library = PoseLibrary(
+        bones=POSED_BONES,
+        rotations=np.zeros((1, len(POSED_BONES), 3), np.float32),
+        actions=("still",),
+    )
+    return Studio(
+        data_dir / "avatars",
+        library,
+        {},
+        StudioSettings(people="makehuman", actions=0.9, points=2000, surface_points=1500),
+        dresser,
+    )
 
 
 def test_the_rig_is_the_avatars() -> None:
@@ -51,11 +75,15 @@ def test_the_rig_is_the_avatars() -> None:
 def test_the_t_pose_comes_back_to_where_clothes_were_laid_on(shape: dict[str, float]) -> None:
     body, base = shape_body(shape), load_base()
     rest = body.to_t_pose(body.base, base.weights)
-    back = np.einsum("vb,bij,vj->vi", base.weights, body.lower, np.c_[rest, np.ones(len(rest))])[:, :3]
+    back = np.einsum("vb,bij,vj->vi", base.weights, body.lower, np.c_[rest, np.ones(len(rest))])[
+        :, :3
+    ]
     np.testing.assert_allclose(back, body.base, atol=1e-9)
     number = {name: index for index, name in enumerate(RIG_BONES)}
     for side, sign in (("Left", 1), ("Right", -1)):
-        shoulder, elbow, wrist = (body.heads[number[f"{side}{bone}"]] for bone in ("Arm", "ForeArm", "Hand"))
+        shoulder, elbow, wrist = (
+            body.heads[number[f"{side}{bone}"]] for bone in ("Arm", "ForeArm", "Hand")
+        )
         for along in (elbow - shoulder, wrist - elbow):
             np.testing.assert_allclose(along / np.linalg.norm(along), [sign, 0, 0], atol=1e-6)
         thigh = body.heads[number[f"{side}Leg"]] - body.heads[number[f"{side}UpLeg"]]
@@ -65,9 +93,15 @@ def test_the_t_pose_comes_back_to_where_clothes_were_laid_on(shape: dict[str, fl
 
 
 def test_nobody_of_the_validation_split_wears_what_training_shows(dresser: Dresser) -> None:
-    people = {split: [draw_person(dresser.wardrobes, split, number, 0) for number in range(60)] for split in ("training", "validation")}
+    people = {
+        split: [draw_person(dresser.wardrobes, split, number, 0) for number in range(60)]
+        for split in ("training", "validation")
+    }
     worn = {
-        split: {kind: {getattr(one, name) for one in all_} - {""} for kind, name in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair"))}
+        split: {
+            kind: {getattr(one, name) for one in all_} - {""}
+            for kind, name in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair"))
+        }
         for split, all_ in people.items()
     }
     for kind, held in HELD_OUT.items():
@@ -75,8 +109,12 @@ def test_nobody_of_the_validation_split_wears_what_training_shows(dresser: Dress
         assert worn["validation"][kind] <= set(held)
         assert not worn["training"][kind] & set(held)
         assert len(worn["training"][kind]) > 3
-    assert people["training"] == [draw_person(dresser.wardrobes, "training", number, 0) for number in range(60)]
-    assert people["training"] != [draw_person(dresser.wardrobes, "training", number, 1) for number in range(60)]
+    assert people["training"] == [
+        draw_person(dresser.wardrobes, "training", number, 0) for number in range(60)
+    ]
+    assert people["training"] != [
+        draw_person(dresser.wardrobes, "training", number, 1) for number in range(60)
+    ]
     ages = [one.shape["age"] for one in people["training"]]
     assert min(ages) < 0.5 < 0.9 < max(ages)
     assert len({one.name for one in people["training"]}) == 60
@@ -89,9 +127,15 @@ def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> 
         assert shown == set(HELD_OUT[kind])
         assert not shown & set(dresser.wardrobes.names(kind, "training"))
     assert {one.shoes for one in people} == set(dresser.wardrobes.names("shoes", "training"))
-    for panel in {name.partition("-")[0] for name in NAMED_PEOPLE}:  # two panels may show one body in other clothes
+    for panel in {
+        name.partition("-")[0] for name in NAMED_PEOPLE
+    }:  # two panels may show one body in other clothes
         own = [named_person(name) for name in NAMED_PEOPLE if name.startswith(f"{panel}-")]
-        assert len({one.name for one in own}) == len({tuple(one.shape.items()) for one in own}) == len(own)
+        assert (
+            len({one.name for one in own})
+            == len({tuple(one.shape.items()) for one in own})
+            == len(own)
+        )
     for one in people:
         assert (one.shape["age"] > 0.88) == one.skin.startswith("old")
         assert (one.shape["gender"] > 0.5) == one.outfit.startswith("female")
@@ -99,14 +143,29 @@ def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> 
         named_person("makehuman-99")
 
 
-def test_a_pinned_person_is_the_same_whatever_else_is_there(studio: Studio, data_dir: Path, tmp_path: Path) -> None:
-    """Neither the folder of avatars, nor the settings' people, nor the draw of the other people changes whom a pin shows."""
+def test_a_pinned_person_is_the_same_whatever_else_is_there(
+    studio: Studio, data_dir: Path, tmp_path: Path
+) -> None:
+    """Neither the folder of avatars, nor the settings' people, nor the draw of the other people
+    changes whom a pin shows."""
     (tmp_path / "avatars").mkdir()
     (tmp_path / "avatars" / "Asian_F_2_Busi.glb").touch()
     (tmp_path / ARCHIVE).symlink_to(data_dir / ARCHIVE)
-    alone = Studio(tmp_path / "avatars", studio.library, {}, StudioSettings(points=2000), data=tmp_path)
-    among = Studio(data_dir / "avatars", studio.library, {}, StudioSettings(points=2000, people="both"), Dresser(data_dir, 0), data_dir)
-    first, second = (made.scene("validation", 30021, avatar="makehuman-1", stance="kick") for made in (alone, among))
+    alone = Studio(
+        tmp_path / "avatars", studio.library, {}, StudioSettings(points=2000), data=tmp_path
+    )
+    among = Studio(
+        data_dir / "avatars",
+        studio.library,
+        {},
+        StudioSettings(points=2000, people="both"),
+        Dresser(data_dir, 0),
+        data_dir,
+    )
+    first, second = (
+        made.scene("validation", 30021, avatar="makehuman-1", stance="kick")
+        for made in (alone, among)
+    )
     assert first.avatar == second.avatar == "MakeHuman_F_1_elegantsuit01"
     assert first.pose == "kick"
     assert np.array_equal(first.surface.vertices, second.surface.vertices)
@@ -115,7 +174,9 @@ def test_a_pinned_person_is_the_same_whatever_else_is_there(studio: Studio, data
     wide, tall, _ = np.ptp(first.surface.vertices, axis=0)
     assert (first.yaw, float(wide / tall)) == pytest.approx((31.750762, 0.682095), abs=1e-4)
     with pytest.raises(InputError, match="give the folder that holds their archive"):
-        Studio(tmp_path / "avatars", studio.library, {}, StudioSettings()).scene("validation", 1, avatar="makehuman-1")
+        Studio(tmp_path / "avatars", studio.library, {}, StudioSettings()).scene(
+            "validation", 1, avatar="makehuman-1"
+        )
 
 
 def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:
@@ -131,10 +192,17 @@ def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:
     away = RayScene(guide.vertices, guide.faces).closest(cloth).distance
     assert np.quantile(away, 0.95) < 0.06
     # and the skin that is seen is the guide's
-    assert RayScene(guide.vertices, guide.faces).closest(person[np.unique(skin)]).distance.max() < 0.02
-    # what the clothes cover is not seen through them: of rays at the trunk's guide from the front few end on skin
+    assert (
+        RayScene(guide.vertices, guide.faces).closest(person[np.unique(skin)]).distance.max() < 0.02
+    )
+    # what the clothes cover is not seen through them: of rays at the trunk's guide from the front
+    # few end on skin
     rows = np.linspace(0.95, 1.2, 20) * (guide.vertices[:, 1].max() / 1.7)
-    origins = np.stack(np.meshgrid(np.linspace(-0.06, 0.06, 9), rows, [1.0]), axis=-1).reshape(-1, 3).astype(np.float32)
+    origins = (
+        np.stack(np.meshgrid(np.linspace(-0.06, 0.06, 9), rows, [1.0]), axis=-1)
+        .reshape(-1, 3)
+        .astype(np.float32)
+    )
     met = RayScene(person, avatar.faces).cast(origins, np.array([0, 0, -1], np.float32))
     assert met.hit.all()
     assert (avatar.mesh_ids[met.face] == kinds.index("skin")).mean() < 0.05

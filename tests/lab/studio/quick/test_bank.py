@@ -31,11 +31,17 @@ def test_rare_poses_are_drawn_as_often_as_common_ones(avatar: Avatar) -> None:
     kinds = sort_poses(avatar, rotations, none)
     assert kinds[40] != kinds[41]
     # all of standing as one kind
-    bank = PoseBank(rotations=rotations, sets=none, splits=none, kinds=(kinds == kinds[40]).astype(np.int16))
+    bank = PoseBank(
+        rotations=rotations, sets=none, splits=none, kinds=(kinds == kinds[40]).astype(np.int16)
+    )
 
     def share(common: float) -> float:
         generator = np.random.default_rng(0)
-        return float(np.mean([bank.draw("training", generator, common)["LeftUpLeg"][0] < -1 for _ in range(400)]))
+        return float(
+            np.mean(
+                [bank.draw("training", generator, common)["LeftUpLeg"][0] < -1 for _ in range(400)]
+            )
+        )
 
     assert share(0.0) == pytest.approx(0.5, abs=0.08)
     assert share(1.0) < 0.04
@@ -46,13 +52,21 @@ def test_rare_poses_are_drawn_as_often_as_common_ones(avatar: Avatar) -> None:
 def test_kinds_are_of_where_the_joints_are(avatar: Avatar, bank: PoseBank) -> None:
     pose = bank.draw("training", np.random.default_rng(3), 0.5)
     transforms = avatar.bone_transforms(pose)
-    heads = {name: transforms[avatar.bone_names.index(name), :3, 3] for name in ("Head", "LeftUpLeg", "RightUpLeg")}
-    found = joint_places(avatar, np.stack([pose[name] for name in POSED_BONES])[None])[0].reshape(-1, 3)
-    np.testing.assert_allclose(found[0], heads["Head"] - (heads["LeftUpLeg"] + heads["RightUpLeg"]) / 2, atol=1e-5)
+    heads = {
+        name: transforms[avatar.bone_names.index(name), :3, 3]
+        for name in ("Head", "LeftUpLeg", "RightUpLeg")
+    }
+    found = joint_places(avatar, np.stack([pose[name] for name in POSED_BONES])[None])[0].reshape(
+        -1, 3
+    )
+    np.testing.assert_allclose(
+        found[0], heads["Head"] - (heads["LeftUpLeg"] + heads["RightUpLeg"]) / 2, atol=1e-5
+    )
 
 
 def test_held_out_clips_stay_apart(bank: PoseBank) -> None:
-    """Of the first eleven clips the tenth is held out: its frames are in the other split, and drawn for it alone."""
+    """Of the first eleven clips the tenth is held out: its frames are in the other split, and drawn
+    for it alone."""
     assert 0 < bank.splits.sum() < len(bank.splits) / 2
     own = {bank.rotations[index].tobytes() for index in np.flatnonzero(bank.splits)}
     generator = np.random.default_rng(0)
@@ -65,7 +79,10 @@ def test_held_out_clips_stay_apart(bank: PoseBank) -> None:
 
 def test_poses_have_no_heading_and_repeat(bank: PoseBank) -> None:
     settings = QuickSettings()
-    first, second = ([draw_pose(bank, "training", settings, g) for _ in range(40)] for g in map(np.random.default_rng, (1, 1)))
+    first, second = (
+        [draw_pose(bank, "training", settings, g) for _ in range(40)]
+        for g in map(np.random.default_rng, (1, 1))
+    )
     for one, other in zip(first, second, strict=True):
         assert set(POSED_BONES) <= set(one)
         assert all(np.array_equal(one[name], other[name]) for name in one)
@@ -75,8 +92,15 @@ def test_poses_have_no_heading_and_repeat(bank: PoseBank) -> None:
 
 def test_free_limbs_reach_where_recorded_ones_do_not(bank: PoseBank) -> None:
     def widest(free: float) -> float:
-        settings = replace(QuickSettings(), natural=0.0, open=0.0, limbs=0.0, bent=0.0, curled=0.0, free=free)
+        settings = replace(
+            QuickSettings(), natural=0.0, open=0.0, limbs=0.0, bent=0.0, curled=0.0, free=free
+        )
         generator = np.random.default_rng(2)
-        return float(np.std([draw_pose(bank, "training", settings, generator)["LeftUpLeg"] for _ in range(60)], axis=0).max())
+        return float(
+            np.std(
+                [draw_pose(bank, "training", settings, generator)["LeftUpLeg"] for _ in range(60)],
+                axis=0,
+            ).max()
+        )
 
     assert widest(1.0) > 1.5 * widest(0.0)

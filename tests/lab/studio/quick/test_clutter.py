@@ -23,7 +23,16 @@ from a2v.lab.studio.stand import PreparedAvatar, draw_outfit, prepare_avatar
 from a2v.lab.studio.things.backgrounds import Backgrounds
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, CutOut
 
-PLAIN = QuickSettings(people="avatars", cut=0.0, shift=0.0, fill=(0.8, 0.8), things=0.0, furniture=0.0, others=0.0, photographs=0.0)
+PLAIN = QuickSettings(
+    people="avatars",
+    cut=0.0,
+    shift=0.0,
+    fill=(0.8, 0.8),
+    things=0.0,
+    furniture=0.0,
+    others=0.0,
+    photographs=0.0,
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +41,8 @@ def prepared(data: Path, avatar: Avatar) -> PreparedAvatar:
 
 
 def views(prepared: PreparedAvatar, guide: Guide, clutter: Clutter, seed: int) -> list[QuickView]:
-    """Up to ten pictures of somebody standing, with the same build, clothes, poses and cameras for the same seed."""
+    """Up to ten pictures of somebody standing, with the same build, clothes, poses and cameras for
+    the same seed."""
     places = places_of(prepared, guide, canonical_places())
     made = []
     for number in range(10):
@@ -52,7 +62,10 @@ def by_size(made: list[QuickView]) -> dict[float, QuickView]:
 
 
 def test_furniture_hides_and_the_truth_stays(prepared: PreparedAvatar, guide: Guide) -> None:
-    alone, among = (by_size(views(prepared, guide, clutter, 4)) for clutter in (Clutter(), Clutter(furniture=True)))
+    alone, among = (
+        by_size(views(prepared, guide, clutter, 4))
+        for clutter in (Clutter(), Clutter(furniture=True))
+    )
     both = sorted(set(alone) & set(among))
     assert len(both) >= 4  # the others are framed by what is seen
     for scale in both:
@@ -89,36 +102,51 @@ def test_others_hide_in_front_and_show_behind(prepared: PreparedAvatar, guide: G
     assert min(covered) < 0.3
 
 
-def test_a_photograph_replaces_the_drawn_background_alone(prepared: PreparedAvatar, guide: Guide) -> None:
-    plain, before = (views(prepared, guide, clutter, 2) for clutter in (Clutter(), Clutter(photographs=Backgrounds())))
+def test_a_photograph_replaces_the_drawn_background_alone(
+    prepared: PreparedAvatar, guide: Guide
+) -> None:
+    plain, before = (
+        views(prepared, guide, clutter, 2)
+        for clutter in (Clutter(), Clutter(photographs=Backgrounds()))
+    )
     for one, other in zip(plain, before, strict=True):
         np.testing.assert_array_equal(one.mask, other.mask)
         assert not other.things.any()
         assert np.abs(one.image.astype(int) - other.image)[~one.mask].mean() > 10
-    assert {one.photo.tobytes() for one in plain}.isdisjoint({one.photo.tobytes() for one in before})
+    assert {one.photo.tobytes() for one in plain}.isdisjoint(
+        {one.photo.tobytes() for one in before}
+    )
 
 
 def test_shares_are_drawn_and_none_draws_nothing() -> None:
     somebody = CutOut(np.zeros((9, 5, 3), np.float32), np.ones((9, 5), np.float32))
     given = {"people": [somebody], "backgrounds": Backgrounds()}
-    clutter = Clutter.draw(np.random.default_rng(0), things=1.0, furniture=1.0, others=1.0, photographs=1.0, **given)
+    clutter = Clutter.draw(
+        np.random.default_rng(0), things=1.0, furniture=1.0, others=1.0, photographs=1.0, **given
+    )
     assert clutter.held is not None
     assert clutter.furniture
     assert clutter.others
     assert clutter.photographs is not None
     generator = np.random.default_rng(0)
     assert vars(Clutter.draw(generator, **given)) == vars(NOTHING)
-    assert generator.random() == np.random.default_rng(0).random()  # so that a seed gives what it gave before there were things
+    assert (
+        generator.random() == np.random.default_rng(0).random()
+    )  # so that a seed gives what it gave before there were things
     with pytest.raises(InputError, match="things is 2"):
         QuickSettings(things=2)
 
 
 @pytest.mark.slow
-def test_a_block_with_everything_repeats_and_comes_back_from_its_file(data: Path, avatar: Avatar, guide: Guide, tmp_path: Path) -> None:
+def test_a_block_with_everything_repeats_and_comes_back_from_its_file(
+    data: Path, avatar: Avatar, guide: Guide, tmp_path: Path
+) -> None:
     make_pose_bank(avatar, data, clips=10, step=4).save(tmp_path / "bank.npz")
     write_npz(tmp_path / "guide.npz", stack_guides({guide_key(avatar.name): guide}))
     settings = QuickSettings(people="avatars", things=0.5, furniture=0.5, others=0.5)
-    first, second = (QuickStudio.open(tmp_path, data, settings).block("training", 0, outfits=2) for _ in range(2))
+    first, second = (
+        QuickStudio.open(tmp_path, data, settings).block("training", 0, outfits=2) for _ in range(2)
+    )
     assert [view.photo.tobytes() for view in first] == [view.photo.tobytes() for view in second]
     assert any(view.things.any() for view in first)
     shard = QuickShard.of(first)
@@ -126,5 +154,7 @@ def test_a_block_with_everything_repeats_and_comes_back_from_its_file(data: Path
     read = QuickShard.load(tmp_path / "shard.npz")
     for number, view in enumerate(first):
         np.testing.assert_array_equal(read.view(number).things, view.things)
-    old = {name: value for name, value in shard.to_arrays().items() if name != "things"}  # as files of version 1 are
+    old = {
+        name: value for name, value in shard.to_arrays().items() if name != "things"
+    }  # as files of version 1 are
     assert not QuickShard.from_arrays(old).view(0).things.any()

@@ -26,11 +26,15 @@ from a2v.lab.studio.quick.settings import BLOCK, SHARD, QuickSettings
 from a2v.lab.studio.quick.views import MAP, QuickShard, QuickView, list_shards, shard_path
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
 
-SETTINGS = QuickSettings(people="avatars", seed=2, things=0.0, furniture=0.0, others=0.0, photographs=0.0)
+SETTINGS = QuickSettings(
+    people="avatars", seed=2, things=0.0, furniture=0.0, others=0.0, photographs=0.0
+)
 
 
 @pytest.fixture(scope="module")
-def prepared(data: Path, avatar: Avatar, guide: Guide, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def prepared(
+    data: Path, avatar: Avatar, guide: Guide, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """A folder with a small bank of poses and a quick guide."""
     folder = tmp_path_factory.mktemp("quick")
     make_pose_bank(avatar, data, clips=10, step=4).save(folder / "bank.npz")
@@ -59,20 +63,25 @@ def test_the_same_number_gives_the_same_views(studio: QuickStudio, block: list[Q
 def test_maps_masks_and_landmarks_agree(block: list[QuickView]) -> None:
     for view in block:
         seen = np.isfinite(view.front)
-        middle = view.mask.reshape(MAP, 256 // MAP, MAP, 256 // MAP)[:, 1:3, :, 1:3].mean(axis=(1, 3)) > 0.5
+        middle = (
+            view.mask.reshape(MAP, 256 // MAP, MAP, 256 // MAP)[:, 1:3, :, 1:3].mean(axis=(1, 3))
+            > 0.5
+        )
         assert (middle == seen).mean() > 0.98
         both = seen & np.isfinite(view.back)
         assert both.sum() > 0.9 * seen.sum()
         assert (view.front[both] >= view.back[both]).mean() > 0.99
         assert not view.places[~seen].any()
         assert view.image.shape == (256, 256, 3)
-        # a metre of depth is as long as a metre in the picture: the person is as deep as the landmarks are apart
+        # a metre of depth is as long as a metre in the picture: the person is as deep as the
+        # landmarks are apart
         assert np.nanmax(view.front) > view.landmarks[:, 2].min()
         assert np.nanmin(view.back) < view.landmarks[:, 2].max()
 
 
 def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView]) -> None:
-    """Where the front lies just before a knee or an elbow, the pixel's place is the place of that joint on the body at rest."""
+    """Where the front lies just before a knee or an elbow, the pixel's place is the place of that
+    joint on the body at rest."""
     model = load_body_model()
     rest, heads = model.rest(torch.from_numpy(model.shape_default))
     marks = model.landmarks_of(rest[model.landmark_vertices], heads).numpy()
@@ -92,7 +101,12 @@ def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView])
 
 
 def test_frames_are_as_the_settings_say(studio: QuickStudio, data: Path) -> None:
-    whole = QuickStudio([path for own in studio.paths.values() for path in own], studio.bank, studio.guides, replace(SETTINGS, cut=0.0, shift=0.0))
+    whole = QuickStudio(
+        [path for own in studio.paths.values() for path in own],
+        studio.bank,
+        studio.guides,
+        replace(SETTINGS, cut=0.0, shift=0.0),
+    )
     for view in whole.block("training", 1)[:6]:
         rows, columns = np.nonzero(view.mask)
         longer = max(np.ptp(rows), np.ptp(columns)) / 256
@@ -108,10 +122,16 @@ def test_nobody_is_in_two_splits(data_dir: Path) -> None:
 
 
 def test_nobody_of_the_final_figures_is_in_quick_views(studio: QuickStudio, data_dir: Path) -> None:
-    whole = QuickStudio(sorted((data_dir / "avatars").glob("*.glb")), studio.bank, studio.guides, SETTINGS)
+    whole = QuickStudio(
+        sorted((data_dir / "avatars").glob("*.glb")), studio.bank, studio.guides, SETTINGS
+    )
     shown = {path.stem for paths in whole.paths.values() for path in paths}
     assert len(shown) > 50
-    assert not {name for name in shown if name.rpartition("_")[0] in (*REPORT_IDENTITIES, *VALIDATION_IDENTITIES)}
+    assert not {
+        name
+        for name in shown
+        if name.rpartition("_")[0] in (*REPORT_IDENTITIES, *VALIDATION_IDENTITIES)
+    }
 
 
 def test_shards_come_back_as_they_were_saved(block: list[QuickView], tmp_path: Path) -> None:
@@ -145,7 +165,9 @@ def test_a_folder_is_resumed_and_never_mixed(prepared: Path, data: Path) -> None
         write_quick_views(prepared, data, {"validation": 1}, settings=SETTINGS)
 
 
-def test_people_of_makehuman_need_their_archive(studio: QuickStudio, prepared: Path, data: Path) -> None:
+def test_people_of_makehuman_need_their_archive(
+    studio: QuickStudio, prepared: Path, data: Path
+) -> None:
     with pytest.raises(InputError, match="no archive"):
         QuickStudio([], studio.bank, studio.guides, QuickSettings())
     with pytest.raises(InputError, match="makehuman"):
@@ -158,20 +180,38 @@ def test_every_other_block_is_one_of_makehumans_people(studio: QuickStudio, data
     if not (data_dir / ARCHIVE).is_file():
         pytest.skip(f"real data not present: {data_dir / ARCHIVE} does not exist")
     paths = [path for own in studio.paths.values() for path in own]
-    both = QuickStudio(paths, studio.bank, studio.guides, replace(SETTINGS, people="both"), Dresser(data_dir, SETTINGS.seed))
+    both = QuickStudio(
+        paths,
+        studio.bank,
+        studio.guides,
+        replace(SETTINGS, people="both"),
+        Dresser(data_dir, SETTINGS.seed),
+    )
     generator = np.random.default_rng(0)
-    (avatar, _), (person, guide) = (both._person("training", number, generator) for number in (2, 3))
+    (avatar, _), (person, guide) = (
+        both._person("training", number, generator) for number in (2, 3)
+    )
     assert avatar.avatar.name in {path.stem for path in paths}
     assert person.avatar.name.startswith("MakeHuman")
     places = places_of(person, guide, canonical_places())
     assert places.shape == (len(person.avatar.parts), 3)
-    head, foot = (places[person.avatar.parts == PARTS.index(name), 1].mean() for name in ("head", "left_foot"))
+    head, foot = (
+        places[person.avatar.parts == PARTS.index(name), 1].mean() for name in ("head", "left_foot")
+    )
     assert head > 0.7
     assert foot < -0.8
 
 
 @pytest.mark.parametrize(
-    "bad", [{"people": "nobody"}, {"free": 1.2}, {"natural": 0.8, "open": 0.4}, {"fill": (0.9, 0.5)}, {"distance": (1.0, 2.0)}, {"yaw": -1.0}]
+    "bad",
+    [
+        {"people": "nobody"},
+        {"free": 1.2},
+        {"natural": 0.8, "open": 0.4},
+        {"fill": (0.9, 0.5)},
+        {"distance": (1.0, 2.0)},
+        {"yaw": -1.0},
+    ],
 )
 def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
     with pytest.raises(InputError):
@@ -180,6 +220,8 @@ def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
 
 def test_a_seed_without_things_gives_what_it_gave(block: list[QuickView]) -> None:
     """Numbers of the first and the last view of a block, as version 1 drew them."""
-    first, last = ((view.yaw, view.scale, float(view.landmarks[0, 0])) for view in (block[0], block[-1]))
+    first, last = (
+        (view.yaw, view.scale, float(view.landmarks[0, 0])) for view in (block[0], block[-1])
+    )
     assert first == pytest.approx((13.882476, 0.458324, 0.495066), abs=1e-4)
     assert last == pytest.approx((-8.817416, 0.560418, 0.661717), abs=1e-4)

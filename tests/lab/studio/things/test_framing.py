@@ -10,12 +10,16 @@ from a2v.lab.studio.things.solids import box
 
 
 def test_half_of_the_pictures_are_framed_by_what_is_seen() -> None:
-    seen = np.stack(np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(0, 1.7, 60), [0.0]), axis=-1).reshape(-1, 3)
+    seen = np.stack(
+        np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(0, 1.7, 60), [0.0]), axis=-1
+    ).reshape(-1, 3)
     table, wall = box(3, 1.2, 0.1).moved([0, 0, 1.0]), box(3, 5, 0.1).moved([0, 0, 1.0])
     low = [unhidden(seen, table, np.random.default_rng(seed))[:, 1].min() for seed in range(60)]
     assert set(np.round(low, 1)) == {0.0, 0.6}
     assert 0.3 < np.mean(np.array(low) > 0.5) < 0.7
-    assert all(len(unhidden(seen, wall, np.random.default_rng(seed))) == len(seen) for seed in range(6))
+    assert all(
+        len(unhidden(seen, wall, np.random.default_rng(seed))) == len(seen) for seed in range(6)
+    )
 
 
 def test_a_square_is_drawn_around_somebody_and_may_cut_them() -> None:

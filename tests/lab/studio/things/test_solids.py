@@ -27,9 +27,13 @@ def volume(thing: Thing) -> float:
     ],
 )
 def test_solids_are_closed_and_face_outwards(thing: Thing, expected: float) -> None:
-    moved = thing.moved([3.0, -2.0, 1.0], np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    moved = thing.moved(
+        [3.0, -2.0, 1.0], np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    )
     assert volume(thing) == pytest.approx(expected, rel=0.12)
-    assert volume(moved) == pytest.approx(volume(thing), rel=1e-6)  # only a closed one weighs the same wherever it is
+    assert volume(moved) == pytest.approx(
+        volume(thing), rel=1e-6
+    )  # only a closed one weighs the same wherever it is
     assert thing.uv.min() >= 0
     assert thing.uv.max() <= 1
 
@@ -49,7 +53,13 @@ def test_a_thing_beside_a_person_shows_its_pattern_and_the_person_their_texture(
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
     uv = (square[:, :2] + 1) / 2
     faces = np.array([[0, 1, 2], [0, 2, 3]])
-    person = Surface(vertices=square, faces=faces, colors=np.zeros((4, 3), np.float32), uv=uv[faces].astype(np.float32), texture=texture)
+    person = Surface(
+        vertices=square,
+        faces=faces,
+        colors=np.zeros((4, 3), np.float32),
+        uv=uv[faces].astype(np.float32),
+        texture=texture,
+    )
     normals = np.tile(np.array([0, 0, 1], np.float32), (4, 1))
     patterns = [np.full((TILE, TILE, 3), value, np.uint8) for value in (10, 60, 120, 240)]
     whole, turned_ = with_thing(person, normals, box(0.5, 0.5, 0.2, 3).moved([3.0, 0, 0]), patterns)
@@ -59,12 +69,18 @@ def test_a_thing_beside_a_person_shows_its_pattern_and_the_person_their_texture(
     down = np.array([0, 0, -1], np.float32)
     hits, alone = rays.cast(starts, down), RayScene(square, faces).cast(starts, down)
     assert np.allclose(
-        texture_at(whole, hits.face, hits.barycentric), texture_at(person, alone.face, alone.barycentric), atol=2e-3
+        texture_at(whole, hits.face, hits.barycentric),
+        texture_at(person, alone.face, alone.barycentric),
+        atol=2e-3,
     )  # coordinates are scaled, so the last bits differ
     on_box = rays.cast(np.array([[3.0, 0.1, 2.0], [2.8, -0.2, 2.0]], np.float32), down)
     assert on_box.hit.all()
     assert (on_box.face >= len(faces)).all()
-    assert np.allclose(texture_at(whole, on_box.face, on_box.barycentric), (240 / 255 + 0.055) ** 2.4 / 1.055**2.4, atol=1e-3)
+    assert np.allclose(
+        texture_at(whole, on_box.face, on_box.barycentric),
+        (240 / 255 + 0.055) ** 2.4 / 1.055**2.4,
+        atol=1e-3,
+    )
     front = np.abs(turned_[4:] - [0, 0, 1]).max(axis=1) < 1e-6
     assert front.sum() == 4  # each side of a box has normals of its own
 

@@ -31,13 +31,17 @@ def test_every_kind_is_drawn() -> None:
 
 @pytest.mark.parametrize("number", range(0, 40))
 def test_things_are_in_the_hands(avatar: Avatar, number: int) -> None:
-    """A hand's vertices touch what it holds; the other hand, of one-handed things, mostly does not."""
+    """A hand's vertices touch what it holds; the other hand, of one-handed things, mostly does
+    not."""
     held = held_things(40)[number]
     pose = natural_pose(np.random.default_rng(number)) | held.pose
     transforms = avatar.bone_transforms(pose)
     person, thing = avatar.skin(transforms), held.placed(avatar, transforms)
     rays = RayScene(thing.vertices, thing.faces)
-    hands = {side: person[avatar.parts == PARTS.index(f"{side.lower()}_hand")] for side in ("Left", "Right")}
+    hands = {
+        side: person[avatar.parts == PARTS.index(f"{side.lower()}_hand")]
+        for side in ("Left", "Right")
+    }
     for side in held.things if "Both" not in held.things else hands:
         away = rays.closest(hands[side].astype(np.float32)).distance
         assert away.min() < 0.012
@@ -46,7 +50,9 @@ def test_things_are_in_the_hands(avatar: Avatar, number: int) -> None:
         x = np.sort([hands[side][:, 0].mean() for side in hands])
         assert x[0] - 0.05 < thing.vertices[:, 0].mean() < x[1] + 0.05
     if held.hangs:
-        assert thing.vertices[:, 1].mean() < min(hand[:, 1].min() for side, hand in hands.items() if side in held.things)
+        assert thing.vertices[:, 1].mean() < min(
+            hand[:, 1].min() for side, hand in hands.items() if side in held.things
+        )
 
 
 def test_fingers_close_around_thin_things(avatar: Avatar) -> None:
@@ -72,7 +78,9 @@ def body_in(avatar: Avatar, stance: str, seed: int) -> Body:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_seats_are_below_who_sits_and_other_furniture_is_on_the_ground(avatar: Avatar, seed: int) -> None:
+def test_seats_are_below_who_sits_and_other_furniture_is_on_the_ground(
+    avatar: Avatar, seed: int
+) -> None:
     sitting, standing = body_in(avatar, "sit", seed), body_in(avatar, "standing", seed)
     assert sitting.hips[1] < 0.42 * sitting.height < standing.hips[1]
     for body in (sitting, standing):
@@ -84,7 +92,9 @@ def test_seats_are_below_who_sits_and_other_furniture_is_on_the_ground(avatar: A
     generator = np.random.default_rng(seed)
     for _ in range(12):
         thing = draw_furniture(sitting, generator)
-        under = RayScene(thing.vertices, thing.faces).cast(sitting.hips[None].astype(np.float32), np.array([0, -1, 0], np.float32))
+        under = RayScene(thing.vertices, thing.faces).cast(
+            sitting.hips[None].astype(np.float32), np.array([0, -1, 0], np.float32)
+        )
         below += bool(under.hit[0] and 0.03 < under.distance[0] < 0.25)
     assert below >= 5
 

@@ -22,14 +22,14 @@ or behind the camera, count as there."""
 class OrthographicCamera(Record):
     """The photo's camera: on +z, looking down -z, orthographic (weak perspective).
 
-    A point (x, y, z) in metres lands on the pixel ``u = center_u + scale * x``, ``v = center_v -
-    scale * y``, with u to the right, v downwards and the centre of the first pixel at (0.5, 0.5).
+    A point (x, y, z) in meters lands on the pixel ``u = center_u + scale * x``, ``v = center_v -
+    scale * y``, with u to the right, v downwards and the center of the first pixel at (0.5, 0.5).
     Larger z is nearer.
 
     Attributes
     ----------
     scale : float
-        Pixels per metre.
+        Pixels per meter.
     center_u, center_v : float
         Pixel of the world's origin.
     """
@@ -39,7 +39,7 @@ class OrthographicCamera(Record):
     center_v: float
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Map points (..., 3) metres to pixels (..., 2)."""
+        """Map points (..., 3) meters to pixels (..., 2)."""
         return np.stack(
             [
                 self.center_u + self.scale * points[..., 0],
@@ -49,7 +49,7 @@ class OrthographicCamera(Record):
         )
 
     def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
-        """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3)."""
+        """Map pixels (..., 2) at `depth` (z, meters) to points (..., 3)."""
         x, y = (
             (pixels[..., 0] - self.center_u) / self.scale,
             (self.center_v - pixels[..., 1]) / self.scale,
@@ -79,7 +79,7 @@ class PhotoCamera(Record):
     """The photo's camera: perspective, level in roll, before a person who stands on level ground.
 
     The world's y is up. The optical axis meets the person's depth at the point `aim`; there the
-    camera is `distance` metres away, measured over the floor, and looks down by `pitch`. With a
+    camera is `distance` meters away, measured over the floor, and looks down by `pitch`. With a
     distance of 0 it is orthographic and level, as `flat` is.
 
     `flatten` warps the world so that the orthographic camera `flat` sees it exactly as this camera
@@ -92,9 +92,9 @@ class PhotoCamera(Record):
     flat : OrthographicCamera
         Pixels of the flat frame; its scale is that at `aim`.
     aim : tuple of 3 float
-        Metres; the flat frame and the world agree there.
+        Meters; the flat frame and the world agree there.
     distance : float
-        Metres; 0 for an orthographic camera.
+        Meters; 0 for an orthographic camera.
     pitch : float
         Radians, positive downwards.
     source : str
@@ -112,17 +112,17 @@ class PhotoCamera(Record):
             raise InputError(f"PhotoCamera.aim is {self.aim}; expected three numbers")
         if not (np.isfinite(self.distance) and self.distance >= 0 and abs(self.pitch) < np.pi / 2):
             raise InputError(
-                f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected metres of at least 0, and radians"
+                f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected meters of at least 0, and radians"
             )
 
     @property
     def scale(self) -> float:
-        """Pixels per metre at `aim`."""
+        """Pixels per meter at `aim`."""
         return self.flat.scale
 
     @property
     def height(self) -> float:
-        """Of the camera over y = 0, metres."""
+        """Of the camera over y = 0, meters."""
         return float(self.aim[1] + self.distance * np.tan(self.pitch))
 
     def looks_down(self, point: FloatArray) -> float:
@@ -132,7 +132,7 @@ class PhotoCamera(Record):
         return float(np.arctan2(self.height - point[1], self.aim[2] + self.distance - point[2]))
 
     def flatten(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the world in the frame of `flat`, metres."""
+        """Points (..., 3) of the world in the frame of `flat`, meters."""
         if self.distance == 0:
             return points
         offset = np.asarray(points, np.float64) - self.aim
@@ -143,7 +143,7 @@ class PhotoCamera(Record):
         return np.asarray(flat, points.dtype)
 
     def raised(self, points: FloatArray) -> FloatArray:
-        """The inverse of `flatten`: points (..., 3) of the flat frame in the world, metres."""
+        """The inverse of `flatten`: points (..., 3) of the flat frame in the world, meters."""
         if self.distance == 0:
             return points
         offset = np.asarray(points, np.float64) - self.aim
@@ -155,15 +155,15 @@ class PhotoCamera(Record):
         return np.asarray(np.stack([right / zoom, high, depth], axis=-1) + self.aim, points.dtype)
 
     def project(self, points: FloatArray) -> FloatArray:
-        """Map points (..., 3) of the world, metres, to pixels (..., 2)."""
+        """Map points (..., 3) of the world, meters, to pixels (..., 2)."""
         return self.flat.project(self.flatten(points))
 
     def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
-        """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3) of the world."""
+        """Map pixels (..., 2) at `depth` (z, meters) to points (..., 3) of the world."""
         return self.raised(self.flat.unproject(pixels, depth))
 
     def moved(self, shift: FloatArray) -> PhotoCamera:
-        """The same camera where the world has been moved by `shift` (3,), metres."""
+        """The same camera where the world has been moved by `shift` (3,), meters."""
         flat = self.flat
         moved = OrthographicCamera(
             scale=flat.scale,
@@ -178,7 +178,7 @@ class PhotoCamera(Record):
 
 def seen_from(x: Any, y: Any, z: Any, *, distance: float, pitch: Any) -> tuple[Any, Any]:
     """`PhotoCamera.flatten` of offsets from `aim`, any shape, as arrays or tensors: x' and y',
-    metres; z' is z.
+    meters; z' is z.
 
     `pitch` is a number of radians, or a tensor ().
     """

@@ -34,7 +34,7 @@ class Face(Record):
     vertices : (M,) int32
         Of the surface; those of one expression ascend.
     offsets : (M, 3) float32
-        How far, metres, in the surface's pose, at full strength.
+        How far, meters, in the surface's pose, at full strength.
     patch : (K,) int32
         Vertices of the surface that are the body's.
     twins : (K,) int32
@@ -109,7 +109,7 @@ class Face(Record):
 
     def mixed(self, weights: Mapping[str, float]) -> tuple[IntArray, FloatArray]:
         """Vertices (n,) that expressions at `weights` (by name) move, and their offsets (n, 3)
-        float64, metres."""
+        float64, meters."""
         parts = [
             (vertices, weight * offsets.astype(np.float64))
             for name, weight in weights.items()

@@ -21,7 +21,7 @@ class Props(Record):
     Attributes
     ----------
     vertices : (V, 3) float32
-        World, metres, y up.
+        World, meters, y up.
     faces : (F, 3) int32
         Counter-clockwise seen from outside.
     owner : (F,) int32
@@ -83,7 +83,7 @@ class Props(Record):
 
 
 def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArray:
-    """Points (24, 3) of a box between two corners, its edges cut by `bevel` metres, so that smooth
+    """Points (24, 3) of a box between two corners, its edges cut by `bevel` meters, so that smooth
     normals leave its sides flat."""
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
     outer = np.where(corners, high, low)
@@ -96,7 +96,7 @@ def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArra
 
 
 def rod(start: FloatArray, end: FloatArray, radius: float, *, sides: int = 12) -> FloatArray:
-    """Points (4 sides, 3) of a rod between two points, metres."""
+    """Points (4 sides, 3) of a rod between two points, meters."""
     along = np.asarray(end, np.float64) - start
     along /= max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.8 else (0.0, 0.0, 1.0))

@@ -22,7 +22,7 @@ class Standing(Record):
     Attributes
     ----------
     vertices : (V, 3) float32
-        Metres.
+        Meters.
     weights : (V, 4) float32
         Skinning weights, largest first, rows sum to 1.
     bones : (V, 4) int32

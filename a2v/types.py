@@ -1,6 +1,6 @@
 """The values on the arrows between stages: few, immutable, plain numbers.
 
-Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**,
+Conventions (see ``docs/conventions.md``): meters, seconds, radians; right-handed axes, **y up**,
 the person faces **+z**, so the person's left is **+x**; the ground is ``y = 0``; float32 at rest.
 Every type has `save` and `load` to one ``.npz`` (no pickles).
 """
@@ -50,14 +50,14 @@ class Motion(Record):
     Attributes
     ----------
     joints : (..., T, J, 3) float32
-        Joint positions, metres, world, y up.
+        Joint positions, meters, world, y up.
     rotations : (..., T, J, 3) float32
         Rotation vectors, radians, in the papers' *chain* convention (Eq. 6): entry ``j`` turns the
         bone that ends at joint ``j`` relative to the previous bone of its kinematic chain; a chain
         starts from the identity, and entry 0 is zero. ``joints = forward_kinematics(rotations,
         root, bones)``.
     root : (..., T, 3) float32
-        Position of joint 0, metres.
+        Position of joint 0, meters.
     fps : float
         Frames per second.
     parents : (J,) int
@@ -70,7 +70,7 @@ class Motion(Record):
     seed : int
         Seed of the generation; -1 for recorded motion.
     rest_offsets : (J, 3) float64 or None
-        Rest pose of the file or body that the motion is from: each joint from its parent, metres,
+        Rest pose of the file or body that the motion is from: each joint from its parent, meters,
         axes as everywhere; row 0 is zero.
     given_frames : int or None
         How many of the first frames were given, where the others were generated to go on from them.
@@ -229,7 +229,7 @@ class Subject(Record):
         Landmarks in BlazePose order (`a2v.perception.BLAZEPOSE`): u, v in pixels of `image`,
         confidence in [0, 1] (0: not seen; then u and v mean nothing).
     keypoints_3d : (33, 3) float32
-        Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up,
+        Estimated positions, meters, relative to the middle of the hips, axes as everywhere (y up,
         +z towards the camera, in which whoever stands upright does so however high the camera); NaN
         where unknown.
     crop : tuple of 4 int
@@ -250,7 +250,7 @@ class Subject(Record):
         What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where
         it was not asked.
     focal_length : float or None
-        That the photo's file tells, as for 35 mm film, millimetres.
+        That the photo's file tells, as for 35 mm film, millimeters.
     given : (33,) bool or None
         Landmarks that the user has placed: they are certain. None where nobody did.
     sides : (8,) float32 or None
@@ -293,12 +293,12 @@ class Subject(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Surface(Record):
-    """A closed triangle mesh of a person with colours.
+    """A closed triangle mesh of a person with colors.
 
     Attributes
     ----------
     vertices : (V, 3) float32
-        Metres, y up, in the frame of `camera`: the photo is the orthographic front view.
+        Meters, y up, in the frame of `camera`: the photo is the orthographic front view.
     faces : (F, 3) int32
         Counter-clockwise seen from outside.
     colors : (V, 3) float32
@@ -358,12 +358,12 @@ class Surface(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Reconstruction(Record):
-    """What a backend makes of a person: the shape, and what it expects of the colours.
+    """What a backend makes of a person: the shape, and what it expects of the colors.
 
     Attributes
     ----------
     surface : Surface
-        Closed, in the frame of the photo's camera; its own colours mean nothing yet.
+        Closed, in the frame of the photo's camera; its own colors mean nothing yet.
     backend : str
         Which made it, a name in `a2v.reconstruction.backends.NAMES`.
     from_body : bool
@@ -395,7 +395,7 @@ class Body(Record):
     parameters : dict of arrays
         The model's own parameters of this shape and pose.
     vertices : (V, 3) float32
-        Metres, in the frame of the photo's camera (or of the world, for a body of its own).
+        Meters, in the frame of the photo's camera (or of the world, for a body of its own).
     faces : (F, 3) int32
     bone_names : tuple of B str
     bone_parents : (B,) int
@@ -405,7 +405,7 @@ class Body(Record):
     rest_transforms : (B, 4, 4) float32
         World from bone in the rest pose of the same shape.
     bone_tails : (B, 3) float32
-        Other end of each bone at this pose, metres.
+        Other end of each bone at this pose, meters.
     weights : (V, B) float32
         Linear blend skinning weights; rows sum to 1.
     parts : (V,) int8
@@ -542,7 +542,7 @@ class RenderSettings(Record):
             raise InputError(f"view '{doubles[0]}' is given twice")
         if not re.fullmatch(r"stage|transparent|image|#[0-9a-f]{6}", self.background):
             raise InputError(
-                f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f"
+                f"background is '{self.background}'; expected stage, transparent, image or a color such as #30506f"
             )
 
     @property

@@ -25,7 +25,7 @@ from a2v.motion.timeline import Take
 from a2v.types import Body, FloatArray
 
 WITHIN = 0.02
-"""Metres from which an arm counts as within: clothes and flesh hide less."""
+"""Meters from which an arm counts as within: clothes and flesh hide less."""
 FPS = 30.0
 BROAD = {"weight": 0.9}
 """Shape of the broad body."""

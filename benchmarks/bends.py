@@ -26,7 +26,7 @@ CLIPS = 25
 
 
 def bent(joints: FloatArray, radius: float) -> FloatArray:
-    """A clip (T, J, 3), metres, that begins at the origin facing +z, led round a circle to the left
+    """A clip (T, J, 3), meters, that begins at the origin facing +z, led round a circle to the left
     (a negative radius: to the right)."""
     ahead = face_forward(
         joints[None], first_heading(joints[None], MotionModel.load("cmu-fine").skeleton)
@@ -53,7 +53,7 @@ def main() -> None:
         MotionModel.load("cmu-fine"),
         load_evaluator(data / "evaluators" / EVALUATOR),
     )
-    print("| action | clips | radius m | recognised |\n|---|---|---|---|")
+    print("| action | clips | radius m | recognized |\n|---|---|---|---|")
     for action in FAMILY:
         label = fine.actions.index(action)
         own = np.flatnonzero(fine.labels == label)[:CLIPS]

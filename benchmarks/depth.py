@@ -35,8 +35,8 @@ from a2v.types import FloatArray, Subject
 
 
 def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
-    """True depths (33,) from the middle of the hips in the metres of `Subject.keypoints_3d`, and
-    such metres in one true metre."""
+    """True depths (33,) from the middle of the hips in the meters of `Subject.keypoints_3d`, and
+    such meters in one true meter."""
     _, scale = picture_plane(subject.keypoints, subject.keypoints_3d)
     zoom = subject.image.shape[1] / (subject.crop[2] - subject.crop[0])
     factor = case.camera.scale * zoom / scale
@@ -44,7 +44,7 @@ def true_depths(case: Case, subject: Subject) -> tuple[FloatArray, float]:
 
 
 def by_limb(gap: FloatArray) -> dict[str, float]:
-    """Mean absolute errors by limb, cm, of gaps in depth (33,), metres, once the trunk's is taken
+    """Mean absolute errors by limb, cm, of gaps in depth (33,), meters, once the trunk's is taken
     off."""
     gap = gap - gap[list(TRUNK)].mean()
     return {

@@ -3,7 +3,7 @@ benchmarks.direction [--data ../shared/data]
 
 Three actions that travel, each along three paths with several seeds: distance of the root from the
 path, feet and jitter beside the same actions undirected and as long (on the ground as the commands
-leave them, thirty frames a second), time, and how often the authors' classifier recognises the
+leave them, thirty frames a second), time, and how often the authors' classifier recognizes the
 action in the first window. Poses of one clip asked for in another, a place, a heading, a hand that
 is held: how far off they are.
 """
@@ -43,7 +43,7 @@ PATHS = MappingProxyType({
 
 
 def away(motion: Motion, path: GroundPath) -> FloatArray:
-    """Distance (T,) of the root from a path, metres."""
+    """Distance (T,) of the root from a path, meters."""
     dense = path.at(np.linspace(0, path.lengths[-1], 4000))
     distance: FloatArray = np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(
         1
@@ -51,7 +51,7 @@ def away(motion: Motion, path: GroundPath) -> FloatArray:
     return distance
 
 
-def recognised(model: MotionModel, evaluator: Evaluator, motion: Motion, action: str) -> bool:
+def recognized(model: MotionModel, evaluator: Evaluator, motion: Motion, action: str) -> bool:
     """Whether the classifier knows a clip's first window, turned as the data's clips of the action
     are."""
     window, label = model.card.frames, model.label(action)
@@ -93,7 +93,7 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
             )
             plain_took += time.process_time() - begun
             physics, distance = physics_metrics(made, floor=None), away(made, path)
-            known = recognised(model, evaluator, made, action) if evaluator else np.nan
+            known = recognized(model, evaluator, made, action) if evaluator else np.nan
             end = float(np.linalg.norm(made.root[-1, [0, 2]] - points[-1]))
             rows.append(
                 (
@@ -112,7 +112,7 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
         )
     plain = [physics_metrics(motion, floor=None) for motion in free]
     share = (
-        np.mean([recognised(model, evaluator, motion, action) for motion in free])
+        np.mean([recognized(model, evaluator, motion, action) for motion in free])
         if evaluator
         else np.nan
     )
@@ -219,7 +219,7 @@ def main() -> None:
     options = parser.parse_args()
     model = MotionModel.load("cmu-fine")
     print(
-        "| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognised | time |\n"
+        "| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognized | time |\n"
         + "|---" * 10
         + "|"
     )

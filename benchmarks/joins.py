@@ -1,7 +1,7 @@
 """What happens where windows of a motion meet: python -m benchmarks.joins [--data ../shared/data]
 
 Two measures of the shipped window models. *Transitions*: every pair of different actions, the
-second one recognised by the authors' classifier in the window after the change, from there on and
+second one recognized by the authors' classifier in the window after the change, from there on and
 once the first has faded, beside the second action alone. All are shown as the data has them: they
 end when such clips end, hold their last pose, and begin facing where such clips do. *Speed*: mean
 speed of all joints in the quarter second before and after each join over that of the clip, for
@@ -31,7 +31,7 @@ STEADY = {
 
 
 def transitions(name: str, data: Path, clips: int) -> tuple[float, float, float]:
-    """Share of clips whose second action is recognised from the change on, once the first has
+    """Share of clips whose second action is recognized from the change on, once the first has
     faded, and of clips of that action alone."""
     model, evaluator = (
         MotionModel.load(name),
@@ -126,7 +126,7 @@ def main() -> None:
             before, after = speeds(name, action, 16)
             print(f"| {name} | {action} | {before:.2f} | {after:.2f} |")
     print(
-        "\n| model | second action recognised from the change on | once the first has faded | the same action alone |\n|---|---|---|---|"
+        "\n| model | second action recognized from the change on | once the first has faded | the same action alone |\n|---|---|---|---|"
     )
     for name, file in EVALUATORS.items():
         if (options.data / "evaluators" / file).is_file():

@@ -23,7 +23,7 @@ FPS = 30.0
 
 
 def speed(motion: Motion) -> float:
-    """Mean of all joints about where the root is, metres a second."""
+    """Mean of all joints about where the root is, meters a second."""
     local = motion.joints - motion.joints[:, :1] * np.array([1, 0, 1], np.float32)
     return float(np.linalg.norm(np.diff(local, axis=0), axis=-1).mean()) * motion.fps
 

@@ -320,7 +320,7 @@ def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
     dataset = dataset_like_humanact12()
     state = start(dataset, VAESettings(decoder=decoder), TrainSettings(device="cpu"))  # type: ignore[arg-type]
     path = folder / f"{decoder}.onnx"
-    export_motion(state.model, dataset, path, licence="none")
+    export_motion(state.model, dataset, path, license="none")
     return state.model.eval(), path
 
 
@@ -373,7 +373,7 @@ def products_session(
     """One onnxruntime graph of these products alone, each as often as it was counted, for as many
     clips at once as the sampler takes.
 
-    Results are written to the same place each time, and nothing is optimised away: the products are
+    Results are written to the same place each time, and nothing is optimized away: the products are
     all that is timed.
     """
     import onnxruntime

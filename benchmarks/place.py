@@ -2,7 +2,7 @@
 a photo that is not remembered).
 
 The character in the photo's pose is rendered where the photo was taken and compared with the photo:
-outline (intersection over union), colours over what both show of the person (PSNR), and how far the
+outline (intersection over union), colors over what both show of the person (PSNR), and how far the
 soles are from the lowest row of the person. Pictures go to --sheets.
 """
 

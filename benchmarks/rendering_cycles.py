@@ -22,7 +22,7 @@ TO_BLENDER = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # y up to z up
 
 
 def material(name: str, color: tuple[float, ...] | None = None, image: object = None) -> object:
-    """A Lambertian material of one colour or with a texture."""
+    """A Lambertian material of one color or with a texture."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes, links = made.node_tree.nodes, made.node_tree.links

@@ -71,7 +71,7 @@ def measure(clip: Motion) -> dict[str, tuple[float, ...]]:
 
 
 def speed(joints: FloatArray) -> FloatArray:
-    """Metres a second of every joint between frames."""
+    """Meters a second of every joint between frames."""
     return np.linalg.norm(np.diff(joints, axis=0), axis=-1) * HIGH
 
 

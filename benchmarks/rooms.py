@@ -29,7 +29,7 @@ _CHANGED = 8
 _HOLE = 10
 """Pixels around the person that belong to the hole."""
 _TALL = 1.7
-"""Metres."""
+"""Meters."""
 
 
 def psnr(one: ByteArray, other: ByteArray, where: BoolArray) -> float:

@@ -1,9 +1,9 @@
 """What taking the photo's shading out brings, and how well its camera is found: `python -m
 benchmarks.shading --studio runs/studio` (a minute a photo).
 
-Photos of the pinned panels, whose albedo and cameras are known (docs/evaluation.md). Colours: where
-the photo shows the surface well, its colours with and without shading against the true albedo,
-after a gain for each channel, since nobody knows the light's strength and colour: the error's root
+Photos of the pinned panels, whose albedo and cameras are known (docs/evaluation.md). Colors: where
+the photo shows the surface well, its colors with and without shading against the true albedo,
+after a gain for each channel, since nobody knows the light's strength and color: the error's root
 mean square over the albedo's, and PSNR of sRGB. Camera: the angle at which it sees the ground at
 the feet, and its pitch.
 """
@@ -74,7 +74,7 @@ def measure(case: Case, subject: Subject, fit: FitResult, shape: Reconstruction)
 def _true_albedo(
     case: Case, subject: Subject, fit: FitResult, surface: Surface
 ) -> tuple[FloatArray, BoolArray]:
-    """True colours (V, 3) at the pixels of the vertices, and where they can be compared (V,): well
+    """True colors (V, 3) at the pixels of the vertices, and where they can be compared (V,): well
     seen, away from the rims of both surfaces."""
     import cv2
 
@@ -96,7 +96,7 @@ def _true_albedo(
 
 
 def _against(colors: FloatArray, true: FloatArray) -> tuple[float, float]:
-    """Relative error of linear colours (n, 3), and PSNR of sRGB, both after a gain by channel."""
+    """Relative error of linear colors (n, 3), and PSNR of sRGB, both after a gain by channel."""
     mine, wanted = srgb_to_linear(colors), srgb_to_linear(true)
     gained = mine * ((mine * wanted).sum(axis=0) / (mine**2).sum(axis=0))
     error = float(np.sqrt(((gained - wanted) ** 2).sum() / (wanted**2).sum()))

@@ -48,7 +48,7 @@ def export_bodymap(
     run: str | os.PathLike[str],
     folder: str | os.PathLike[str],
     *,
-    licence: str,
+    license: str,
     blend: float = 1.0,
     initial: str = "",
     extra: Mapping[str, Any] | None = None,
@@ -60,7 +60,7 @@ def export_bodymap(
     ----------
     run : path
         The run's folder.
-    licence : str
+    license : str
         Goes into the file.
     blend : float
         Share, over 0, of the run's weights; the rest are those of the file in the folder `initial`
@@ -89,7 +89,7 @@ def export_bodymap(
             {**facts, "blend": blend},
         )
     path = Path(folder) / FILE.name
-    export_network(network, path, licence=licence, extra={**facts, **(extra or {})})
+    export_network(network, path, license=license, extra={**facts, **(extra or {})})
     return path
 
 
@@ -97,9 +97,9 @@ def blended(
     network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float
 ) -> BodyMapNetwork:
     """The mean of a network's weights, counted `share`, and of `other` ones (`stored_weights`),
-    normalisations folded in both."""
+    normalizations folded in both."""
     with tempfile.TemporaryDirectory() as folder:
-        export_network(network, Path(folder) / FILE.name, licence="")
+        export_network(network, Path(folder) / FILE.name, license="")
         own = stored_weights(folder)
     mixed = BodyMapNetwork()
     fill(
@@ -114,7 +114,7 @@ def export_network(
     network: BodyMapNetwork,
     path: str | os.PathLike[str],
     *,
-    licence: str,
+    license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a network as ONNX; its weights are rounded, in place, to what is stored."""
@@ -134,4 +134,4 @@ def export_network(
     finally:
         torch.backends.mha.set_fastpath_enabled(before)
     shrink(proto)
-    save_model(proto, {"format": FORMAT, "licence": licence, "maps": MAPS, **(extra or {})}, path)
+    save_model(proto, {"format": FORMAT, "licence": license, "maps": MAPS, **(extra or {})}, path)

@@ -99,7 +99,7 @@ class WindowGraph(nn.Module):
         gain: Tensor | None = None,
         goal: Tensor | None = None,
     ) -> tuple[Tensor, Tensor]:
-        """Joints (metres) and rotations (B, T, J, 3).
+        """Joints (meters) and rotations (B, T, J, 3).
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class WindowGraph(nn.Module):
         active : (B,)
             Share of the window in motion.
         context : (B, P, J, 3)
-            Frames to continue, metres; only their motion relative to their first root counts.
+            Frames to continue, meters; only their motion relative to their first root counts.
         has_context : (B,)
             1 to continue `context`, 0 to start anew.
         bone_lengths : (B, J)
@@ -201,7 +201,7 @@ def export_flow(
     dataset: ActionDataset,
     path: str | os.PathLike[str],
     *,
-    licence: str,
+    license: str,
     extra: Mapping[str, Any] | None = None,
     sampling: Sampling = Sampling(),
 ) -> None:
@@ -213,8 +213,8 @@ def export_flow(
     dataset : ActionDataset
         What it was trained on.
     path : path
-    licence : str
-        Licence of the weights, shown to users.
+    license : str
+        License of the weights, shown to users.
     extra : mapping
         More metadata; must be JSON.
     sampling : Sampling
@@ -240,7 +240,7 @@ def export_flow(
     _show(proto, {"basis": model.codec.window.basis.shape, "mean": model.codec.window.mean.shape})
     save_model(
         proto,
-        describe_data(dataset, licence=licence)
+        describe_data(dataset, license=license)
         | describe_windows(model, dataset)
         | dataclasses.asdict(sampling)
         | dict(extra or {}),

@@ -256,10 +256,10 @@ def _sequence_values(
 
 
 def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
-    """The whole-sequence graph: a Scan of the step over frames, then metres.
+    """The whole-sequence graph: a Scan of the step over frames, then meters.
 
     Inputs are noise (N, T, Z), actions (N, T) int64, time (N, T) in (0, 1], bone_lengths (N, J) in
-    native units and the states of `STATE_NAMES`; outputs joints (N, T, J, 3) in metres, rotations
+    native units and the states of `STATE_NAMES`; outputs joints (N, T, J, 3) in meters, rotations
     (N, T, J, 3), root (N, T, 3) and ``last_<state>``.
     """
     body, folded, weights = _frame_body(_step_model(model.eval()))
@@ -306,8 +306,8 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     return result
 
 
-def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
-    """Metadata that every exported motion model has: actions, rates, skeleton, units, licence."""
+def describe_data(dataset: ActionDataset, *, license: str) -> dict[str, Any]:
+    """Metadata that every exported motion model has: actions, rates, skeleton, units, license."""
     skeleton = dataset.skeleton
     return {
         "dataset": dataset.name,
@@ -327,7 +327,7 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
         ).tolist(),
         "metres_per_unit": dataset.frame.metres_per_unit,
         "native_signs": list(dataset.frame.signs),
-        "licence": licence,
+        "licence": license,
         **{
             name: [list(texts) for texts in getattr(dataset, name)]
             for name in ("traits", "descriptions")
@@ -340,11 +340,11 @@ def describe(
     model: MotionVAE,
     dataset: ActionDataset,
     *,
-    licence: str,
+    license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The metadata that makes the file usable alone."""
-    return describe_data(dataset, licence=licence) | {
+    return describe_data(dataset, license=license) | {
         "format": STEP_FORMAT,
         "decoder": model.settings.decoder,
         **({"roots": "relative"} if model.settings.relative else {}),
@@ -381,7 +381,7 @@ def export_motion(
     dataset: ActionDataset,
     path: str | os.PathLike[str],
     *,
-    licence: str,
+    license: str,
     temperature: float = 1.0,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
@@ -393,8 +393,8 @@ def export_motion(
     dataset : ActionDataset
         What it was trained on: gives actions, skeleton, rates and default bone lengths.
     path : path
-    licence : str
-        Licence of the weights, shown to users.
+    license : str
+        License of the weights, shown to users.
     temperature : float
         Of the prior, see `cool`; 1 is the papers'. Less makes clips that are more typical of their
         action, and less varied.
@@ -418,7 +418,7 @@ def export_motion(
     save_model(
         graph,
         describe(
-            model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}
+            model, dataset, license=license, extra={"temperature": temperature, **(extra or {})}
         ),
         path,
     )

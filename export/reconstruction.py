@@ -2,7 +2,7 @@
 `a2v.reconstruction.implicit` runs.
 
 ``person_maps.onnx`` looks at the photo once; ``person_field.onnx`` gives the signed distance at
-points, ``person_colors.onnx`` the colours of surface points. Arithmetic is float32, large weights
+points, ``person_colors.onnx`` the colors of surface points. Arithmetic is float32, large weights
 are stored as float16.
 """
 
@@ -35,7 +35,7 @@ class MapsGraph(nn.Module):
     def forward(
         self, photo: Tensor, photo_half: Tensor, guide: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Features, maps, fine features and features for colours."""
+        """Features, maps, fine features and features for colors."""
         features, maps = self.shape.encoder(photo_half, guide)
         return (
             features,
@@ -56,14 +56,14 @@ class FieldGraph(nn.Module):
         self, features: Tensor, maps: Tensor, fine: Tensor, guide: Tensor,
         place: Tensor, depth: Tensor, guide_distance: Tensor, guide_normals: Tensor,
     ) -> tuple[Tensor, Tensor]:  # fmt: skip
-        """Distances (1, N), metres."""
+        """Distances (1, N), meters."""
         values = point_values(maps, guide, place, depth, guide_distance, guide_normals)
         coarse, context = self.coarse(features, values, place)
         return self.fine(fine, place, coarse, context, values), coarse
 
 
 class ColorsGraph(nn.Module):
-    """Colours of surface points."""
+    """Colors of surface points."""
 
     def __init__(self, painter: Painter) -> None:
         super().__init__()
@@ -83,7 +83,7 @@ def export_reconstruction(
     run: str | os.PathLike[str],
     folder: str | os.PathLike[str],
     *,
-    licence: str,
+    license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> tuple[Path, ...]:
     """Write the three files of a run of `a2v.lab.surface.training` into `folder`; returns their
@@ -93,7 +93,7 @@ def export_reconstruction(
     ----------
     run : path
         The run's folder, with the stages "shape", "detail" and "color".
-    licence : str
+    license : str
         Goes into the files.
     extra : mapping, optional
         More to say of the model (data, seeds), JSON.
@@ -136,7 +136,7 @@ def export_reconstruction(
             ["color_features", "maps", "photo_half", "guide", *point_names, "normals"], ["colors"],
         ),
     }  # fmt: skip
-    metadata = {"format": FORMAT, "licence": licence, **(extra or {})}
+    metadata = {"format": FORMAT, "licence": license, **(extra or {})}
     written = []
     for name, (graph, arguments, inputs, outputs) in graphs.items():
         path = Path(folder) / name

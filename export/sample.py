@@ -40,7 +40,7 @@ class Model:
     """An exported motion model.
 
     `metadata` says what the file knows: actions, fps, frames, skeleton, bone lengths (native
-    units), licence.
+    units), license.
     """
 
     def __init__(self, path: str | os.PathLike[str], threads: int = 1) -> None:
@@ -109,7 +109,7 @@ class Model:
     def sample(
         self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0
     ) -> dict[str, np.ndarray]:
-        """Generate clips: joints (N, T, J, 3) in metres, y up, rotations (N, T, J, 3) and root (N,
+        """Generate clips: joints (N, T, J, 3) in meters, y up, rotations (N, T, J, 3) and root (N,
         T, 3)."""
         names = names_of(action)
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
@@ -272,7 +272,7 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 
 
 def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
-    """One clip (T, J, 3) as BVH text in centimetres.
+    """One clip (T, J, 3) as BVH text in centimeters.
 
     A BVH joint rotates all bones that start at it, ours rotate one bone each: where several bones
     start at a joint, each gets a helper joint of zero offset, ``<joint it leads to>_turn``.
@@ -399,7 +399,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(
                 f"{options.model}: {meta['skeleton']['name']} skeleton, {len(meta['skeleton']['parents'])} joints, {meta['fps']} fps"
             )
-            print(f"licence: {meta['licence']}\nactions:", *meta["actions"], sep="\n  ")
+            print(f"license: {meta['licence']}\nactions:", *meta["actions"], sep="\n  ")
             return 0
         if options.out is None or options.out.suffix not in (".npz", ".bvh"):
             raise ValueError("give --out F.npz or --out F.bvh")

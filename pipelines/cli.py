@@ -53,7 +53,7 @@ COMMANDS = {
     "data": "check and describe a data set",
     "studio": "make synthetic photographs to train the reconstruction on",
     "compare": "one photo and motion by several methods, side by side",
-    "survey": "make a user study, or analyse its answers",
+    "survey": "make a user study, or analyze its answers",
     "dag": "draw the pipeline",
     "cache": "show or trim what is remembered",
     "doctor": "say what works on this machine",

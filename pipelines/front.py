@@ -126,7 +126,7 @@ class Person:
         rig: str = RigOptions.rig,
         root_motion: bool = False,
         author: str = "",
-        licence_url: str = "",
+        license_url: str = "",
         **others: str,
     ) -> Path:
         """Write the character with clips by name, as ``a2v character --out`` does (``a2v
@@ -138,7 +138,7 @@ class Person:
             ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
         motions : mapping of MotionClip
             By the names that the clips get in the file.
-        rig, root_motion, author, licence_url, others : the options of ``a2v character``
+        rig, root_motion, author, license_url, others : the options of ``a2v character``
             Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and
             ``compress="meshopt"``; triangles and texture are `make_character`'s.
 
@@ -156,7 +156,7 @@ class Person:
         engine = EngineOptions(**others)
         engine.check(target)
         avatar = character_command.avatar_of(
-            target, rigging, author=author, licence_url=licence_url, edition=edition
+            target, rigging, author=author, license_url=license_url, edition=edition
         )
         asked = {name: clip.request for name, clip in (motions or {}).items()}
         if asked:

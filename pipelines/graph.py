@@ -44,7 +44,7 @@ def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step,
 
 
 def _of_one_photo() -> tuple[Step, ...]:
-    """From the person in a photo to the coloured surface."""
+    """From the person in a photo to the colored surface."""
     from pipelines.nodes import body, reconstruction
 
     return (

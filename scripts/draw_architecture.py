@@ -284,7 +284,7 @@ def draw_rooms(sheet: Sheet) -> None:
     sheet.text(
         MARGIN,
         sheet.y + 16,
-        "Rooms: a room may import those of lower bands, never its neighbours",
+        "Rooms: a room may import those of lower bands, never its neighbors",
         size=15,
         bold=True,
     )

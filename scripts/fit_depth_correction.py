@@ -43,7 +43,7 @@ GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_in
 @dataclasses.dataclass(frozen=True)
 class Sample:
     """What the detector says of a view (``keypoints``, ``keypoints_3d``), and the true depths (33,)
-    in its metres."""
+    in its meters."""
 
     keypoints: np.ndarray
     keypoints_3d: np.ndarray
@@ -60,7 +60,7 @@ class Sample:
 
     @property
     def missing(self) -> np.ndarray:
-        """What is to be learned (33,), metres."""
+        """What is to be learned (33,), meters."""
         points = self.keypoints_3d
         return self.depth - (points[:, 2] - points[HIPS, 2].mean())
 
@@ -111,7 +111,7 @@ def fit(samples: list[Sample], strength: float) -> DepthCorrection:
 
 
 def report(name: str, errors: np.ndarray) -> None:
-    """Print mean absolute errors, centimetres."""
+    """Print mean absolute errors, centimeters."""
     columns = {
         group: [i for i, landmark in enumerate(BLAZEPOSE) if landmark.endswith(group)]
         for group in GROUPS

@@ -1,7 +1,7 @@
 """Find mediapipe's face landmarks on the body model: makes
 ``a2v/body/data/face_landmarks_anny.npz``.
 
-Heads of several shapes are drawn from the front, with eyes, brows and lips coloured, and the
+Heads of several shapes are drawn from the front, with eyes, brows and lips colored, and the
 detector itself says where it sees its landmarks: what it sees on a photo is then at the same place
 of the face. The mean over the shapes is kept, each as a point of a triangle.
 """
@@ -88,7 +88,7 @@ def on_triangles(
 def draw(
     vertices: np.ndarray, faces: np.ndarray, middle: np.ndarray, *, shade: float
 ) -> np.ndarray:
-    """The head from the front (SIZE, SIZE, 3) uint8, in the colours of skin, lips, brows and
+    """The head from the front (SIZE, SIZE, 3) uint8, in the colors of skin, lips, brows and
     eyes."""
     ticks = ((np.arange(SIZE) + 0.5) / SIZE - 0.5) * EXTENT
     x, y = np.meshgrid(middle[0] + ticks, middle[1] - ticks)
@@ -110,8 +110,8 @@ def draw(
     eye = faces[face].min(axis=-1) >= 13574
     color[eye] = [0.9, 0.9, 0.9]
     for part in (slice(13574, 13646), slice(13646, 13718)):
-        centre = vertices[part].mean(axis=0)
-        radius = np.hypot(x - centre[0], y - centre[1])
+        center = vertices[part].mean(axis=0)
+        radius = np.hypot(x - center[0], y - center[1])
         color[eye & (radius < 0.006)] = [0.3, 0.2, 0.12]
         color[eye & (radius < 0.0025)] = 0.04
     return (

@@ -29,7 +29,7 @@ from a2v.types import FloatArray, Motion
 
 ARCHIVES = {"humanact12": "humanact12.zip", "cmu": "cmu_mocap.zip"}
 STILL = 0.2
-"""Metres a second of hips and ankles under which a person stands still."""
+"""Meters a second of hips and ankles under which a person stands still."""
 STRAIGHT = 0.93
 """Distance from hip to ankle as a fraction of thigh plus shin from which a leg counts as straight:
 both must be."""
@@ -38,12 +38,12 @@ UPRIGHT = 15.0
 LEAST = 3
 """Frames of a clip that count as standing, at least."""
 REST = 0.1
-"""Metres a second of ankle and ball under which a foot is at rest in a walk, while the ankle is at
+"""Meters a second of ankle and ball under which a foot is at rest in a walk, while the ankle is at
 its lowest tenth."""
 
 
 def motions(name: str, data: Path) -> Iterator[Motion]:
-    """Every clip of a data set, metres."""
+    """Every clip of a data set, meters."""
     dataset = load_dataset(name, data / ARCHIVES[name])
     for index in range(len(dataset.joints)):
         yield dataset.motion(index)
@@ -77,7 +77,7 @@ def prepared(motion: Motion, *, level: bool = True) -> dict[str, FloatArray]:
 
 
 def speeds(motion: Motion, names: tuple[str, ...]) -> FloatArray:
-    """Speed (T,) of the fastest of some canonical joints, metres a second."""
+    """Speed (T,) of the fastest of some canonical joints, meters a second."""
     source = source_joints(motion)
     if motion.frames < 2:
         return np.full(motion.frames, np.inf)

@@ -2,7 +2,7 @@
 first, keyed by where wrists and ankles are.
 
 ``scripts/make_clips.py`` bakes them. Wrists are placed from the shoulder and ankles from the hip of
-their side, metres, x outwards, y up, z ahead; directions likewise. Between keys everything is
+their side, meters, x outwards, y up, z ahead; directions likewise. Between keys everything is
 eased.
 """
 

@@ -6,7 +6,7 @@
 and from the gestures of our own in ``scripts/gestures.py``.
 
 ``a2v/motion/clips.csv`` says which there are and how they play. The two libraries' people differ by
-a centimetre in the leg: all become the first one's. Joints are kept to a fifth of a millimetre, as
+a centimeter in the leg: all become the first one's. Joints are kept to a fifth of a millimeter, as
 differences from frame to frame. A joint ``head_front`` is added before the face, since joints alone
 do not say which way a head looks. Clips that walk on the spot get the pace at which their feet
 would stand: the median of what the lower foot moves backwards while it is down. The last frame of a
@@ -35,9 +35,9 @@ from a2v.types import Motion
 
 ROOT = Path(__file__).resolve().parent.parent
 FRONT = np.array([0.0, 0.04, 0.12])
-"""The marker before the face, from the head's joint at rest, metres."""
+"""The marker before the face, from the head's joint at rest, meters."""
 DOWN = 0.02
-"""A foot's ball is down where it is so little above its lowest place, metres."""
+"""A foot's ball is down where it is so little above its lowest place, meters."""
 REPEATS = 0.5
 """The last frame repeats the first where they differ by less than this share of what two frames
 differ by."""
@@ -60,7 +60,7 @@ def with_front(motion: Motion) -> Motion:
 
 
 def pace_of(motion: Motion, travels: str) -> float:
-    """Metres a second at which the clip goes ahead."""
+    """Meters a second at which the clip goes ahead."""
     if not travels:
         return 0.0
     if travels not in ("feet", "body"):

@@ -43,7 +43,7 @@ def photos_of(folder: Path) -> list[Path]:
 
 
 def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
-    """A photo beside its surface from four sides, coloured and as clay, and what is to be said of
+    """A photo beside its surface from four sides, colored and as clay, and what is to be said of
     it."""
     store = Store()
     outcome = run(

@@ -84,14 +84,14 @@ def row(
                 for place in knuckles
             ]
         else:
-            centre = moves[at][rig.bones["pelvis"], :3, 3] * [1, 0, 1] + [0, 0.9, 0]
+            center = moves[at][rig.bones["pelvis"], :3, 3] * [1, 0, 1] + [0, 0.9, 0]
             pictures.append(
                 preview_surface(
                     surface,
                     azimuth=given.azimuth,
                     elevation=8,
                     size=given.size,
-                    center=centre,
+                    center=center,
                     extent=2.15,
                 )
             )

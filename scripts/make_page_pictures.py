@@ -54,7 +54,7 @@ BONES = (
     (13, 14),
 )
 """Of the drawing, by places in `JOINTS`."""
-METRES = 2.4
+METERS = 2.4
 """What a picture shows, from the ground up and around the pelvis."""
 ANGLE = np.radians(35.0)
 """Where the figure is looked at from, to its left."""
@@ -79,8 +79,8 @@ def figure(motion: Motion) -> str:
     joints = joints - joints[:, :1] * np.array([1.0, 0.0, 1.0])
     across = joints[..., 0] * np.cos(ANGLE) - joints[..., 2] * np.sin(ANGLE)
     chosen = [places[name] for name in JOINTS]
-    u = 0.5 + across[:, chosen] / METRES
-    v = 0.95 - joints[:, chosen, 1] / METRES
+    u = 0.5 + across[:, chosen] / METERS
+    v = 0.95 - joints[:, chosen, 1] / METERS
     return base64.b64encode(
         np.clip(np.stack([u, v], axis=-1) * 255 + 0.5, 0, 255).astype(np.uint8).tobytes()
     ).decode()
@@ -96,7 +96,7 @@ def figures() -> dict[str, object]:
 
 
 def sample(cache: str | None, folder: Path) -> ByteArray:
-    """The sample's photo, body, surface and colours in a row, (H, W, 3)."""
+    """The sample's photo, body, surface and colors in a row, (H, W, 3)."""
     store, photo = Store(cache), ROOT / "a2v" / "samples" / "person.jpg"
     drawn = pictures(folder, lambda _: None)
     outcome = run(

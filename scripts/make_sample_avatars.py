@@ -61,7 +61,7 @@ def make(
     for suffix in formats:
         target = out / f"{photo.stem}.{suffix}"
         if suffix == "vrm":
-            person.save(target, author="a2v", licence_url=CC0)
+            person.save(target, author="a2v", license_url=CC0)
         elif suffix == "glb":
             person.save(target, rig=RIGS[suffix], compress="meshopt")
         else:

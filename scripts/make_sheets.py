@@ -301,7 +301,7 @@ def main() -> int:
             with atomic_path(target) as temporary:
                 Image.fromarray(made).save(temporary)
             print(target, flush=True)
-            faces += [made] if len(np.unique(made)) > 1 else []  # one colour: no face was seen
+            faces += [made] if len(np.unique(made)) > 1 else []  # one color: no face was seen
             continue
         picture = Image.fromarray(
             sheet(

@@ -1,5 +1,5 @@
 """Makes the tables of words that prompts are read with, out of WordNet 3.0's database (Debian's
-package ``wordnet-base``, its licence is in ``a2v/motion/words.licence.txt``).
+package ``wordnet-base``, its license is in ``a2v/motion/words.license.txt``).
 
     apt-get download wordnet-base && dpkg-deb -x wordnet-base_*.deb wn
     python scripts/make_word_tables.py wn/usr/share/wordnet

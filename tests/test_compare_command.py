@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from a2v.body import load_body_model
-from a2v.lab.evaluation.survey_answers import analyse, read_key
+from a2v.lab.evaluation.survey_answers import analyze, read_key
 from pipelines.cli import main
 from tests.support.checkpoints import liquid_warping, saved, slab
 
@@ -83,12 +83,12 @@ def test_the_study_shows_the_same_videos_and_its_answers_are_counted(made):
         "participant": "p1",
         "answers": answers,
     }
-    counted = analyse(key, [told])
+    counted = analyze(key, [told])
     assert counted.ranks["pifu"][0] == counted.ranks["mirror"][-1] == len(VIEWS)
     (folder / "answers.json").write_text(json.dumps(told))
     words = [
         "survey",
-        "--analyse",
+        "--analyze",
         folder / "answers.json",
         "--key",
         folder / "survey.key.json",

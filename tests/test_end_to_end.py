@@ -139,7 +139,7 @@ def test_the_bvh_moves_the_characters_bones(made):
 
     motion = read_bvh(made[0] / "motion.bvh")
     assert motion.frames == FRAMES
-    assert 1.0 < np.ptp(motion.joints[0, :, 1]) < 2.5  # a person, in metres
+    assert 1.0 < np.ptp(motion.joints[0, :, 1]) < 2.5  # a person, in meters
 
 
 def test_the_report_tells_what_made_it(made):

@@ -433,7 +433,7 @@ def test_pictures_of_every_listed_kind_are_read(form):
 
 
 @pytest.mark.parametrize("top", [255, 65535, 2**31 - 1])
-def test_whole_numbers_of_every_depth_keep_their_greys(top):
+def test_whole_numbers_of_every_depth_keep_their_grays(top):
     values = np.linspace(0, top, 140 * 140).reshape(140, 140).astype(np.int32)
     buffer = io.BytesIO()
     Image.fromarray(values, mode="I").save(buffer, "TIFF")

@@ -77,7 +77,7 @@ REFUSED = {
     ),
     "serve": ("--port 70000", "--workers 0", "--folder text"),
     "studio": ("--data text --out views --training 1",),
-    "survey": ("", "--model nothing --out s.html", "--analyse text --key none.json --out r.md"),
+    "survey": ("", "--model nothing --out s.html", "--analyze text --key none.json --out r.md"),
     "train_baseline": (*LEARNING, "--name magic --dataset cmu --data text --out runs"),
     "train_classifier": LEARNING,
     "train_bodymap": ("--data text --out runs", "--data text --out runs --studio.people nobody"),

@@ -211,8 +211,8 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
         content = read_npz(tmp_path / "n.npz")
         assert (content["labels"] == label).all()
         right.append(evaluator(content["joints"])[1] == label)
-        metres = content["joints"] * content["native_signs"] * content["metres_per_unit"]
-        wrong_frame.append(evaluator(metres.astype(np.float32))[1] == label)
+        meters = content["joints"] * content["native_signs"] * content["metres_per_unit"]
+        wrong_frame.append(evaluator(meters.astype(np.float32))[1] == label)
         labels += [label] * count
     bodies = np.tile(model.bone_lengths, (len(labels), 1))
     path = generator_of(model, frames)(np.array(labels), bodies, np.random.default_rng(0))

@@ -62,14 +62,14 @@ def test_train_then_sample_then_evaluate(tmp_path, data_dir, arguments):
                 str(data_dir),
                 "--out",
                 run,
-                "--licence",
+                "--license",
                 "none",
             ]
         )
         == 0
     )
     model = MotionModel.load(f"{run}/motion.onnx")
-    assert model.card.licence == "none"
+    assert model.card.license == "none"
     assert model.sample("walk", frames=7).joints.shape == (7, 24, 3)
     table = tmp_path / "table.md"
     measure = [

@@ -55,7 +55,7 @@ class ArapResult:
     Attributes
     ----------
     vertices : (V, 3) float64
-        Metres.
+        Meters.
     energies : tuple of float
         Value of the objective after each iteration (it never grows).
     iterations : int
@@ -67,7 +67,7 @@ class ArapResult:
 
 
 class ArapSolver:
-    """Minimises the (squared) objective of Eq. 20 for one mesh; factored once.
+    """Minimizes the (squared) objective of Eq. 20 for one mesh; factored once.
 
     sum_i sum_j k_ij |(x_i - x_j) - R_i (s_i - s_j)|^2 + sum_l c_l |x_l - target_l|^2
 
@@ -162,7 +162,7 @@ class ArapSolver:
                 return ArapResult(x, tuple(energies), len(energies))
 
     def _moments(self, x: FloatArray) -> FloatArray:
-        """Matrices (V, 3, 3): sum over neighbours of k (x_i - x_j) (s_i - s_j)^T."""
+        """Matrices (V, 3, 3): sum over neighbors of k (x_i - x_j) (s_i - s_j)^T."""
         moments: FloatArray = compiled(_moments)(np.ascontiguousarray(x), self.rest, *self._edges)
         return moments
 
@@ -199,7 +199,7 @@ def _moments(x: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> An
 
 
 def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> Any:
-    """Plain loops, compiled by numba: (V, 3), sum over neighbours of k (R_i + R_j) (s_i - s_j)."""
+    """Plain loops, compiled by numba: (V, 3), sum over neighbors of k (R_i + R_j) (s_i - s_j)."""
     out = np.empty((len(rest), 3))
     for i in range(len(rest)):
         s0, s1, s2 = rest[i, 0], rest[i, 1], rest[i, 2]

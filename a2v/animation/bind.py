@@ -14,9 +14,9 @@ from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_are
 from a2v.types import Body, BoolArray, Character, FloatArray, IntArray, Surface
 
 _SHARPNESS = 0.01
-"""Metres of cost that make a body part e times less likely."""
+"""Meters of cost that make a body part e times less likely."""
 _NEVER = 0.15
-"""Parts that cost so much more than the nearest one, metres, are not asked."""
+"""Parts that cost so much more than the nearest one, meters, are not asked."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +28,14 @@ class BindSettings:
     neighbors : int
         Nearest vertices of the body considered for each vertex of the surface.
     normal_weight : float
-        Metres of distance that opposite normals cost.
+        Meters of distance that opposite normals cost.
     part_smoothing : float
-        Metres over which the evidence for body parts is shared along the surface before parts are
+        Meters over which the evidence for body parts is shared along the surface before parts are
         chosen.
     weight_smoothing : float
-        Metres over which skinning weights are smoothed along the surface.
+        Meters over which skinning weights are smoothed along the surface.
     far : float
-        Metres from the body at which a vertex counts as loose (hair, skirts): it takes its weights
+        Meters from the body at which a vertex counts as loose (hair, skirts): it takes its weights
         from the surface around it rather than from its own nearest body vertex.
     """
 
@@ -47,7 +47,7 @@ class BindSettings:
 
 
 def skin_of(body: Body) -> Character:
-    """A body's own skin as a character, in grey: for clips that need a rig but no person.
+    """A body's own skin as a character, in gray: for clips that need a rig but no person.
 
     The four largest weights of each vertex are kept.
     """
@@ -197,7 +197,7 @@ def _of_each_part(
     settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
     """Of each of the body's P parts the cheapest vertex for each of `vertices` (V, 3): its cost (V,
-    P), metres, and the vertex (V, P).
+    P), meters, and the vertex (V, P).
 
     `distance` (V,) is that of the nearest vertex of all. Parts that are too far away to be chosen
     cost infinitely much, unless `asked` (V, P).
@@ -224,7 +224,7 @@ def _nearest(
     settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
     """The cheapest of a part's `targets` (N, 3) for each of `vertices` (V, 3): its cost (V,) in
-    metres and its index (V,)."""
+    meters and its index (V,)."""
     from scipy.spatial import cKDTree
 
     found = cKDTree(targets).query(vertices, k=min(settings.neighbors, len(targets)))

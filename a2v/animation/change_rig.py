@@ -42,7 +42,7 @@ class RigChange:
         Bone of the rig, without the root, that each bone of the body goes with.
     moments : (B, 3, 4) float64
         Of the skin of each bone of the body about the head of the rig's bone: sums of w x x^T and
-        of w x, square metres and metres.
+        of w x, square meters and meters.
     """
 
     character: Character
@@ -64,7 +64,7 @@ class RigChange:
         Parameters
         ----------
         bone_transforms : (T, B, 4, 4) float
-            World from bone, metres, of the body's own rig.
+            World from bone, meters, of the body's own rig.
 
         Returns
         -------

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _FLESH = 0.008
-"""How far skin gives way where an arm lies on it, metres."""
+"""How far skin gives way where an arm lies on it, meters."""
 _REACH = 0.16
-"""Deeper than this, metres, the nearest skin does not say which way out is."""
+"""Deeper than this, meters, the nearest skin does not say which way out is."""
 _SURE = 0.08
-"""Towards this depth, metres, the nearest skin may be that of the other side of the trunk: where
+"""Towards this depth, meters, the nearest skin may be that of the other side of the trunk: where
 the arm went in says more."""
 _ASIDE = 1.5
 """How much outwards to the arm's own side counts beside where it went in: one that goes in at the
@@ -35,7 +35,7 @@ _ROUNDS = 10
 _POINTS = 10
 """Points of an arm that count in a frame: the deepest ones."""
 _MARGIN = 0.02
-"""Points that are this near, metres, count too: what turns an arm out of one place must not bring
+"""Points that are this near, meters, count too: what turns an arm out of one place must not bring
 it into another."""
 _MOST = 1.2
 """Radians that an upper arm is turned at most: what would need more is a pose that nobody takes,
@@ -167,7 +167,7 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
 
 
 def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
-    """How far the arms are within trunk, head and thighs at most (T, 2), metres, left and right; 0
+    """How far the arms are within trunk, head and thighs at most (T, 2), meters, left and right; 0
     where they keep out."""
     depth, trunk = np.zeros((len(transforms), 2)), _Trunk.of(transforms, rig)
     for column, side in enumerate(SIDES):
@@ -204,8 +204,8 @@ def _half_spaces(
     found: tuple[FloatArray, FloatArray],
     ways: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """How far the deepest points of an arm move outwards by its turns (T, M, 4), metres a radian,
-    and how far they have to (T, M), metres."""
+    """How far the deepest points of an arm move outwards by its turns (T, M, 4), meters a radian,
+    and how far they have to (T, M), meters."""
     depth, normal = found
     deepest = np.argpartition(-depth, min(_POINTS, depth.shape[1] - 1), axis=1)[:, :_POINTS]
     rows = np.arange(len(out))[:, None]

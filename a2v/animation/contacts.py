@@ -17,15 +17,15 @@ class ContactSettings:
     Attributes
     ----------
     height_on : float
-        Height of heel or toes over the ground under which a contact starts, metres.
+        Height of heel or toes over the ground under which a contact starts, meters.
     height_off : float
-        Height of heel or toes over which a contact ends, metres.
+        Height of heel or toes over which a contact ends, meters.
     speed_on : float
-        Speed of heel or toes under which a contact starts, metres per second.
+        Speed of heel or toes under which a contact starts, meters per second.
     speed_off : float
-        Speed of heel or toes over which a contact ends, metres per second.
+        Speed of heel or toes over which a contact ends, meters per second.
     clearance : float
-        Metres of air under a foot that moves fast (over 0.5 m/s) without a contact.
+        Meters of air under a foot that moves fast (over 0.5 m/s) without a contact.
     blend : float
         Seconds over which a foot turns flat and a pelvis is lowered.
     shortest : float
@@ -60,9 +60,9 @@ def find_contacts(
     Parameters
     ----------
     heights : (T,) float
-        Metres over the ground.
+        Meters over the ground.
     points : (T, 3) float
-        Positions, metres, whose speed counts.
+        Positions, meters, whose speed counts.
     fps : float
     """
     speed = speed_of(points, fps)

@@ -11,7 +11,7 @@ from a2v.types import BoolArray, FloatArray
 
 
 def speed_of(points: FloatArray, fps: float) -> FloatArray:
-    """Speed (T,) in metres a second: the slower of the steps before and after a frame, so that a
+    """Speed (T,) in meters a second: the slower of the steps before and after a frame, so that a
     contact keeps its ends."""
     if len(points) < 2:
         return np.zeros(len(points))

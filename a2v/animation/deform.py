@@ -47,12 +47,12 @@ def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
     ----------
     character : Character
     bone_transforms : (B, 4, 4) float
-        World from bone, metres: one frame of `retarget`'s result.
+        World from bone, meters: one frame of `retarget`'s result.
 
     Returns
     -------
     (V, 3) float32
-        Vertices, metres.
+        Vertices, meters.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class ControlPoints:
     """The paper's target positions S*: the reposed body plus the displacement map (Eq. 19).
 
     The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone
-    ("free-form deformation" in the paper) these tear where neighbouring vertices have different
+    ("free-form deformation" in the paper) these tear where neighboring vertices have different
     anchors: `ArapDeformer` is what they are for.
     """
 

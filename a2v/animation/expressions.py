@@ -105,7 +105,7 @@ def express(
     ----------
     character : Character
     vertices : (V, 3)
-        Of one frame, metres: what `deform` or `ArapDeformer` gave.
+        Of one frame, meters: what `deform` or `ArapDeformer` gave.
     bone_transforms : (B, 4, 4)
         Of the same frame.
     strengths : by ARKit's names, usually in [0, 1]

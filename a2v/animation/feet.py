@@ -16,10 +16,10 @@ from a2v.kinematics.skeleton import subtree
 from a2v.types import BoolArray, FloatArray
 
 _MARGIN = 0.003
-"""Metres that soles stay over the ground: skinning moves them a little against their bones."""
+"""Meters that soles stay over the ground: skinning moves them a little against their bones."""
 
 _SLACK = 0.006
-"""Metres by which a stretched leg may miss its place before the pelvis comes down: less is not
+"""Meters by which a stretched leg may miss its place before the pelvis comes down: less is not
 seen, bent knees are."""
 
 

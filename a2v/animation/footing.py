@@ -16,29 +16,29 @@ from a2v.props import Props, box, rod
 from a2v.types import Body, BoolArray, FloatArray
 
 NEAR_SOLE = 0.03
-"""Metres over its support up to which a point of a sole lies on it."""
+"""Meters over its support up to which a point of a sole lies on it."""
 BORDER = 0.05
-"""Metres that a step goes on around the feet."""
+"""Meters that a step goes on around the feet."""
 WIDTH = 0.6
-"""Least width of steps and rungs, metres: a step is for two feet."""
+"""Least width of steps and rungs, meters: a step is for two feet."""
 SAME_LEVEL = 0.05
-"""Metres in height up to which two places are on one step."""
+"""Meters in height up to which two places are on one step."""
 GAP = 0.45
-"""Metres over the ground up to which they are."""
+"""Meters over the ground up to which they are."""
 SLAB = 0.04
-"""Thickness of a step that is open below, metres."""
+"""Thickness of a step that is open below, meters."""
 ROD = 0.018
-"""Radius of rungs, rails and bars, metres."""
+"""Radius of rungs, rails and bars, meters."""
 THROUGH = 0.04
 """Share of the frames in which some of the person may be inside of a step."""
 SHRUNK = 0.025
-"""Metres from its surface from where on something is inside of a solid."""
+"""Meters from its surface from where on something is inside of a solid."""
 HEELS = (0.0, 0.35, 0.6)
 """Shares of a foot's length that may stand over the edge of its step."""
 HUNG_SECONDS = 0.4
 """How long hands over the head rest, at least, on a bar."""
 RUNG = 0.3
-"""Metres between the rungs of a ladder over the feet."""
+"""Meters between the rungs of a ladder over the feet."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class FootingSettings:
 @dataclass(frozen=True)
 class _Tread:
     """Where feet rest: x and z of its lower and upper corner in the clip's axes, and its height,
-    metres."""
+    meters."""
 
     low: FloatArray
     high: FloatArray
@@ -82,7 +82,7 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
     Parameters
     ----------
     bone_transforms : (T, B, 4, 4) float
-        World from bone, metres, of a clip that was retargeted with steps; the ground is y = 0.
+        World from bone, meters, of a clip that was retargeted with steps; the ground is y = 0.
     body : Body
     fps : float
 

@@ -36,7 +36,7 @@ def clean_contacts(
     Parameters
     ----------
     transforms : (T, B, 4, 4) float64
-        World from bone, metres, y up.
+        World from bone, meters, y up.
     rig : Rig
     fps : float
     settings : ContactSettings

@@ -172,8 +172,8 @@ def _shares(motion: Motion, frames: int) -> FloatArray:
 def swayed(
     source: Mapping[str, FloatArray], fps: float, settings: LifeSettings
 ) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3), metres at the body's size, of a person who sways while standing:
-    ankles and feet stay, the hips shift by a centimetre."""
+    """Canonical joints (T, 3), meters at the body's size, of a person who sways while standing:
+    ankles and feet stay, the hips shift by a centimeter."""
     still = _stillness(source, fps)
     if not settings.sway or not still.any():
         return dict(source)

@@ -134,8 +134,8 @@ def _twist(
 ) -> FloatArray:
     """Smooth angle (T,) about `direction` from the expected to the seen bending axis.
 
-    Minimises sum w |z - z_seen|^2 + width^2 |z_t+1 - z_t|^2 + a little |z - 1|^2 over unit-circle
-    angles as complex numbers: frames without a bend (w = 0) follow their neighbours, and the
+    Minimizes sum w |z - z_seen|^2 + width^2 |z_t+1 - z_t|^2 + a little |z - 1|^2 over unit-circle
+    angles as complex numbers: frames without a bend (w = 0) follow their neighbors, and the
     reference where there is none.
     """
     from scipy.linalg import solveh_banded

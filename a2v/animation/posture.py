@@ -1,7 +1,7 @@
 """What a skeleton looks like when its person simply stands: without it, flat feet, straight knees
 and upright backs are lost in retargeting.
 
-Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimetres, that
+Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimeters, that
 is by ten degrees and more of a bone's direction. What stands upright in the motion must stand
 upright in the body, so bones turn from *standing* to standing.
 """
@@ -208,7 +208,7 @@ def foot_pitch(
     Parameters
     ----------
     source : dict of canonical joint to (T, 3)
-        Metres at the body's size.
+        Meters at the body's size.
     side : "left" or "right"
     posture : Posture
     rest_foot : (3,) float

@@ -89,7 +89,7 @@ def retarget(
     Parameters
     ----------
     motion : Motion
-        One clip, T frames, any skeleton whose joints `canonical_joints` recognises; any unit of
+        One clip, T frames, any skeleton whose joints `canonical_joints` recognizes; any unit of
         length.
     body : Body
         Its rest pose stands upright and faces +z.
@@ -98,7 +98,7 @@ def retarget(
     Returns
     -------
     (T, B, 4, 4) float32
-        World from bone, metres, y up; the ground is y = 0.
+        World from bone, meters, y up; the ground is y = 0.
 
     Raises
     ------

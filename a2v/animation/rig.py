@@ -28,7 +28,7 @@ class Rig:
         Bone whose head is each canonical joint.
     parents : (B,) int
     heads : (B, 3) float64
-        Heads of the bones in the rest pose, metres.
+        Heads of the bones in the rest pose, meters.
     rest : (B, 3, 3) float64
         Rest orientations (world from bone).
     joints : dict of str to (3,) float64
@@ -60,7 +60,7 @@ class Rig:
 
     @property
     def leg_length(self) -> float:
-        """Mean length of thigh plus shin, metres."""
+        """Mean length of thigh plus shin, meters."""
         return float(
             np.mean(
                 [
@@ -71,7 +71,7 @@ class Rig:
         )
 
     def length(self, a: str, b: str) -> float:
-        """Distance of two canonical joints at rest, metres."""
+        """Distance of two canonical joints at rest, meters."""
         return float(np.linalg.norm(self.joints[b] - self.joints[a]))
 
     def middle(self, joint: str) -> FloatArray:
@@ -240,7 +240,7 @@ def rig_motion(
     Parameters
     ----------
     bone_transforms : (T, B, 4, 4) float
-        World from bone, metres.
+        World from bone, meters.
     body : Body
     fps : float
 

@@ -79,7 +79,7 @@ def prepare_rig(
     Parameters
     ----------
     character : Character
-    clips : by name: bone transforms (T, B, 4, 4), world from bone, metres, and frames per second
+    clips : by name: bone transforms (T, B, 4, 4), world from bone, meters, and frames per second
     rig : str
         One of `a2v.animation.rig_spec.RIGS`.
     root_motion : bool

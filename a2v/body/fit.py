@@ -44,11 +44,11 @@ class FitResult:
     camera : PhotoCamera
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident
-        keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres),
-        ``camera`` (distance and height, metres, pitch, degrees, and why the distance is believed),
+        keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, meters),
+        ``camera`` (distance and height, meters, pitch, degrees, and why the distance is believed),
         ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
-        expected error in depth, metres); with a surface also ``surface_mean`` (metres, from the
-        surface to the body); with a model of one's own ``carried_over`` (metres, mean distance from
+        expected error in depth, meters); with a surface also ``surface_mean`` (meters, from the
+        surface to the body); with a model of one's own ``carried_over`` (meters, mean distance from
         its skin to the fitted one).
     """
 
@@ -180,7 +180,7 @@ class Fit:
         return best
 
     def _objective(self) -> Objective:
-        """What the fit to the photo minimises, with no silhouette matched yet."""
+        """What the fit to the photo minimizes, with no silhouette matched yet."""
         return Objective(self.model, self.evidence, self.settings)
 
     def _expecting(self, result: FitResult) -> FitResult:
@@ -323,7 +323,7 @@ class Fit:
         return FitResult(body=body, camera=camera, residuals=residuals)
 
     def _landmarks(self, body: Body) -> FloatArray:
-        """Landmarks (33, 3) of a body of this fit, metres."""
+        """Landmarks (33, 3) of a body of this fit, meters."""
         import torch
 
         with torch.no_grad():
@@ -338,7 +338,7 @@ class Fit:
 
     def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
         """Distances of the confident keypoints from the body's landmarks, by its standing `height`
-        in metres."""
+        in meters."""
         seen = self.evidence.confidence > 0.3
         error = np.linalg.norm(
             camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1

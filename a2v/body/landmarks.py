@@ -53,8 +53,8 @@ _BONES = {
     "ankle": "foot",
 }
 
-# Offsets from the left eye's centre (inner and outer corner) and from the nose (left corner of the
-# mouth), metres at the default shape, measured on its front view; the nearest vertex of the face is
+# Offsets from the left eye's center (inner and outer corner) and from the nose (left corner of the
+# mouth), meters at the default shape, measured on its front view; the nearest vertex of the face is
 # taken.
 _FACE = {
     "left_eye_inner": (-0.018, -0.002),
@@ -76,14 +76,14 @@ def landmark_table(
     Parameters
     ----------
     rest : (V, 3) float32
-        Vertices of the default shape at rest, metres.
+        Vertices of the default shape at rest, meters.
     faces : (F, 3) int
     weights : (V, B) float32
         Skinning weights.
     bone_names : tuple of B str
     anchors : mapping of str to (3,)
         Where the eyes and the ears are: ``left_eye``, ``right_eye``, ``left_ear``, ``right_ear``;
-        metres.
+        meters.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a fit minimises at each stage: which terms, and how much each counts."""
+"""What a fit minimizes at each stage: which terms, and how much each counts."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _SOLES = [
 
 
 class Objective:
-    """The sum of the terms, and its minimisation with L-BFGS."""
+    """The sum of the terms, and its minimization with L-BFGS."""
 
     def __init__(
         self,
@@ -209,7 +209,7 @@ class Objective:
 
     def of_poses(self, unknowns: Unknowns, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Many poses (N, D) at once, all else as in `unknowns`: what landmarks and angles alone
-        cost (N,), and the landmarks (N, 33, 3), metres."""
+        cost (N,), and the landmarks (N, 33, 3), meters."""
         import torch
 
         with torch.no_grad():

@@ -41,7 +41,7 @@ class PoseBank:
     roots : (N, 3, 3) float32
         Rotations of the whole body; it faces +z.
     points : (N, C, 3) float32
-        The landmarks `COMPARED`, metres, from the middle of the hips.
+        The landmarks `COMPARED`, meters, from the middle of the hips.
     """
 
     angles: FloatArray
@@ -103,7 +103,7 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
     """The `count` poses, each turned about the vertical, whose landmarks look most like the
     photo's, the best first.
 
-    Two of them differ by `apart` metres at least in the mean place of a landmark. What the detector
+    Two of them differ by `apart` meters at least in the mean place of a landmark. What the detector
     says of depth counts too, robustly and less.
     """
     index = [LANDMARK_INDEX[name] for name in COMPARED]
@@ -113,7 +113,7 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
     weight = weight / weight.sum()
     seen = (
         evidence.pixels[index] * [1.0, -1.0] / (evidence.height / TYPICAL_HEIGHT)
-    )  # metres of a person of typical height
+    )  # meters of a person of typical height
     known = (
         np.zeros(len(index))
         if evidence.points is None
@@ -172,7 +172,7 @@ _BONES = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"),
 ]  # fmt: skip
 _BORDER = 0.1
-"""Flesh, feet and hair around the landmarks, metres."""
+"""Flesh, feet and hair around the landmarks, meters."""
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def alike_outline(
     """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill
     it, the best first.
 
-    Two of them differ by `apart` metres at least in the mean place of a landmark. The misfit is
+    Two of them differ by `apart` meters at least in the mean place of a landmark. The misfit is
     relative to the height.
     """
     rows, columns = np.nonzero(mask.inside)
@@ -213,7 +213,7 @@ def alike_outline(
         flat = np.stack([x, -bank.points[..., 1]], axis=-1)
         least, most = flat.min(axis=1) - _BORDER, flat.max(axis=1) + _BORDER
         ratio = (high - low) / (most - least)
-        scale = np.sqrt(ratio.prod(axis=1))  # pixels a metre
+        scale = np.sqrt(ratio.prod(axis=1))  # pixels a meter
         shift = (high + low) / 2 - scale[:, None] * (most + least) / 2
         bones = (1 - steps) * flat[:, first, None] + steps * flat[:, last, None]
         pixels = scale[:, None, None] * bones.reshape(len(flat), -1, 2) + shift[:, None]

@@ -11,7 +11,7 @@ from a2v.errors import InputError
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 
 LEAST_DISTANCE = 0.8
-"""From which a camera may see a whole person, metres."""
+"""From which a camera may see a whole person, meters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +51,11 @@ class FitSettings:
     silhouette_size : int
         Longer side of the raster on which silhouettes are compared, pixels.
     height : float
-        The person's standing height, metres; one photo does not show it.
+        The person's standing height, meters; one photo does not show it.
     height_sigma : float
-        Uncertainty of that height, metres.
+        Uncertainty of that height, meters.
     distance : float, optional
-        From the camera to the person, metres; 0: an orthographic camera. Without it the photo says:
+        From the camera to the person, meters; 0: an orthographic camera. Without it the photo says:
         its focal length, else what is usual.
     pose_weight : float
         Weight of the prior on pose, in the fit to the photo alone.
@@ -68,7 +68,7 @@ class FitSettings:
     surface_weight : float
         Weight of the surface term (Eq. 17), both ways.
     surface_robust : float
-        Geman-McClure scale of the surface distance, metres.
+        Geman-McClure scale of the surface distance, meters.
     joints_weight : float
         λ_j of Eq. 15.
     prior_weight : float
@@ -125,7 +125,7 @@ class FitSettings:
                 )
         if self.distance is not None and 0 < self.distance < LEAST_DISTANCE:
             raise InputError(
-                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} metres, or 0 for an orthographic camera"
+                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} meters, or 0 for an orthographic camera"
             )
         if not 0 <= self.dense_pixels <= 4096:
             raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")

@@ -22,7 +22,7 @@ class MaskField:
     ----------
     distance : (h, w) float32
         Signed distance to the silhouette in photo pixels, positive outside; sampled at the working
-        pixels' centres.
+        pixels' centers.
     step : float
         Photo pixels per working pixel.
     contour : (n, 2) float32
@@ -119,7 +119,7 @@ def mask_field(
         slope = gradient[pixel[:, 1], pixel[:, 0]][:, ::-1]
         length = np.linalg.norm(slope, axis=1, keepdims=True)
         normal = slope / np.maximum(length, 1e-6)
-        # Pixel centres of the last inside pixels; the edge is half a pixel further out.
+        # Pixel centers of the last inside pixels; the edge is half a pixel further out.
         points.append((pixel + 0.5 + 0.5 * normal) * step)
         normals.append(normal)
     contour = np.concatenate(points).astype(np.float32) if points else np.zeros((0, 2), np.float32)
@@ -149,7 +149,7 @@ def rasterize(
 
     Parameters
     ----------
-    vertices : (V, 3) float, metres
+    vertices : (V, 3) float, meters
     faces : (F, 3) int
     camera : OrthographicCamera, in photo pixels
     shape : height and width of the raster
@@ -158,7 +158,7 @@ def rasterize(
 
     Returns
     -------
-    dict with `mask` (h, w) bool, `depth` (h, w) float32 z in metres (-inf outside), `face` (h, w)
+    dict with `mask` (h, w) bool, `depth` (h, w) float32 z in meters (-inf outside), `face` (h, w)
     int64 (-1 outside), `barycentric` (h, w, 2) float32 open3d's u, v.
     """
     scene = ray_scene(vertices, faces)

@@ -14,7 +14,7 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
     Returns
     -------
     vertices : (S, 3) float64
-        Metres, in the body's frame, in the body's order.
+        Meters, in the body's frame, in the body's order.
     faces : (G, 3) int64
     parts : (S,) int8
         Body part of each vertex, an index into `a2v.body.PARTS`.

@@ -26,7 +26,7 @@ class BodyState:
     Attributes
     ----------
     vertices : (..., V, 3)
-        Metres; only the asked-for vertices, in their order, if `vertex_ids` was given.
+        Meters; only the asked-for vertices, in their order, if `vertex_ids` was given.
     transforms : (..., B, 4, 4)
         World from bone at this pose; the translation is the bone's head.
     rest_heads : (..., B, 3)
@@ -42,7 +42,7 @@ class BodyState:
 
     @property
     def joints(self) -> Tensor:
-        """Bone heads at this pose, (..., B, 3) metres."""
+        """Bone heads at this pose, (..., B, 3) meters."""
         return self.transforms[..., :3, 3]
 
 
@@ -50,7 +50,7 @@ class BodyState:
 class BodyModel(Protocol):
     """A parametric, skinned body.
 
-    Conventions that every model keeps: metres, y up, facing +z, the person's left on +x. In the
+    Conventions that every model keeps: meters, y up, facing +z, the person's left on +x. In the
     rest pose (all rotations zero) every bone's frame is parallel to the world's, so a rotation
     vector is given **in world axes at rest**: ``world_j = world_parent(j) @ translate(head_j -
     head_parent(j)) @ rotate(rotvec_j)``. Entry 0 rotates the whole body about the pelvis.
@@ -100,7 +100,7 @@ class BodyModel(Protocol):
             float32 or float64.
         shape : (..., S)
         translation : (..., 3), optional
-            Metres, added to everything.
+            Meters, added to everything.
         vertex_ids : (n,) int64, optional
             Compute these vertices only.
         """
@@ -110,12 +110,12 @@ class BodyModel(Protocol):
         """Other ends of the bones (..., B, 3): the main child's head, or the tip of the flesh for a
         bone without children.
 
-        From posed vertices (..., V, 3) and bone heads (..., B, 3), all in metres.
+        From posed vertices (..., V, 3) and bone heads (..., B, 3), all in meters.
         """
         ...
 
     def landmarks(self, state: BodyState) -> Tensor:
-        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, metres."""
+        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, meters."""
         ...
 
 
@@ -174,7 +174,7 @@ class BoneTree:
 def blend_skin(
     rest_vertices: Tensor, weights: Tensor, *, transforms: Tensor, rest_heads: Tensor
 ) -> Tensor:
-    """Linear blend skinning: the posed vertices (..., V, 3), metres.
+    """Linear blend skinning: the posed vertices (..., V, 3), meters.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def make_body(
     shape : (S,) float or mapping, optional
         Shape parameters, or the ones that differ from the default by name.
     translation : (3,) float, optional
-        Metres.
+        Meters.
     grounded : bool
         Move the body so that its lowest point has y = 0 and its pelvis x = z = 0.
 

@@ -1,7 +1,7 @@
 """The SMPL family (SMPL, SMPL-H, SMPL-X) from the user's own file (Loper et al. 2015; Romero et al.
 2017; Pavlakos et al. 2019).
 
-The models are free for research only, so none is shipped; nor is `smplx` needed, whose licence is
+The models are free for research only, so none is shipped; nor is `smplx` needed, whose license is
 the same: the few lines of linear blend skinning are those of any such model. What is read is the
 ``.npz`` of the models' sites (arrays ``v_template``, ``shapedirs``, ``posedirs``, ``J_regressor``,
 ``weights``, ``kintree_table``, ``f``). Pickles are not opened, since they can run any program.
@@ -188,7 +188,7 @@ class SmplModel(BodyModel):
         return torch.stack(ends, dim=-2)
 
     def landmarks(self, state: BodyState) -> Tensor:
-        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, metres."""
+        """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, meters."""
         import torch
 
         points = []

@@ -12,21 +12,21 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 TURNED = 0.05
-"""Metres that normals one unit apart count for: the front of an arm is no neighbour of its back."""
+"""Meters that normals one unit apart count for: the front of an arm is no neighbor of its back."""
 _HELIX = 0.97
 """Vertices of a head that are at least so near to its widest point are its ears'."""
 _CHEEK = 0.03
-"""A face begins so far before the ears' rims, metres."""
+"""A face begins so far before the ears' rims, meters."""
 _FOREHEAD = 0.4
 """It ends at this share of the way from there to the top."""
 _EARS = 0.012
-"""Hair grows so far behind the ears' rims, metres."""
+"""Hair grows so far behind the ears' rims, meters."""
 _NAPE = 0.045
-"""It grows down to so far below their upper half, metres."""
+"""It grows down to so far below their upper half, meters."""
 _CROWN = 0.6
 """It grows everywhere above this share of the way from there to the top."""
 _TEMPLE = 0.035, 0.025
-"""From so far above the ears' upper half on, metres, it begins so far before their rims."""
+"""From so far above the ears' upper half on, meters, it begins so far before their rims."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Spots:
     parts : (V,) int8
         Index into `a2v.body.PARTS`.
     places : (V, 3) float64
-        Where the spot lies in the body's rest pose, metres; the person's left on +x, y up, facing
+        Where the spot lies in the body's rest pose, meters; the person's left on +x, y up, facing
         +z.
     normals : (V, 3) float64
         Of the skin there.
@@ -56,7 +56,7 @@ class Spots:
 
     def twins(self, among: BoolArray, *, within: float) -> IntArray:
         """Which point (V,) of those `among` (V,) has the spot that each one's mirrored spot is
-        nearest to; -1 where none is `within` metres."""
+        nearest to; -1 where none is `within` meters."""
         from scipy.spatial import cKDTree
 
         other = np.array([-1.0, 1.0, 1.0])
@@ -72,7 +72,7 @@ class Spots:
 
 
 def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
-    """The spot of a body's skin nearest to each point (V, 3), metres: quick and coarse;
+    """The spot of a body's skin nearest to each point (V, 3), meters: quick and coarse;
     `a2v.animation.bind` also looks at normals."""
     from scipy.spatial import cKDTree
 
@@ -101,7 +101,7 @@ def moved_from_rest(body: Body) -> FloatArray:
 
 
 def rest_vertices(body: Body) -> FloatArray:
-    """A body's vertices (V, 3) float64 in its rest pose, metres: linear blend skinning undone."""
+    """A body's vertices (V, 3) float64 in its rest pose, meters: linear blend skinning undone."""
     blended = moved_from_rest(body)
     away = np.asarray(body.vertices, np.float64) - blended[..., 3]
     return np.asarray(np.linalg.solve(blended[..., :3], away[..., None])[..., 0])

@@ -14,7 +14,7 @@ from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 _HIPS = 0.073
-"""The hips of Anny's default adult above the model's origin, metres; roughly, which is enough for a
+"""The hips of Anny's default adult above the model's origin, meters; roughly, which is enough for a
 start."""
 _TRUNK = 0.29
 """Its trunk by its height, roughly."""

@@ -23,7 +23,7 @@ nothing is wrong the worst is at 1 to 3.5 %."""
 _TRIED = 5
 """Starts of a limb at most."""
 _APART = 0.25
-"""Starts differ by so much at least in the mean place of the limb's landmarks, metres."""
+"""Starts differ by so much at least in the mean place of the limb's landmarks, meters."""
 _KEPT = 2
 """So many of them, the cheapest once the limb has come to rest, are fitted with all the rest."""
 _STEPS = 15

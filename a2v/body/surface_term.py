@@ -67,7 +67,7 @@ class SurfaceSamples:
         )
 
     def mean_distance(self, vertices: FloatArray, faces: IntArray) -> float:
-        """Mean distance in metres from the samples to the body's surface."""
+        """Mean distance in meters from the samples to the body's surface."""
         scene = ray_scene(vertices, faces)
         return float(
             scene.compute_distance(self.points.astype(np.float32), nthreads=1).numpy().mean()
@@ -93,7 +93,7 @@ class SurfaceMatches:
 def match_surface(
     samples: SurfaceSamples, vertices: FloatArray, faces: IntArray
 ) -> SurfaceMatches | None:
-    """Nearest neighbours of a surface and a body (V, 3) both ways, with agreeing normals; None
+    """Nearest neighbors of a surface and a body (V, 3) both ways, with agreeing normals; None
     where hardly any agree."""
     import torch
     from scipy.spatial import cKDTree

@@ -40,7 +40,7 @@ def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
 
 def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
     """The detector's skeleton `points` (33, 3), on our scale, moved onto the landmarks (33, 3):
-    metres, within 5 cm."""
+    meters, within 5 cm."""
     difference = landmarks - points
     center = (weights[:, None] * difference).sum(0) / weights.sum()
     square = (difference - center).square().sum(-1)
@@ -110,7 +110,7 @@ def collision(balls: LimbBalls, state: BodyState) -> Tensor:
 
 
 def held_camera(height: Tensor) -> Tensor:
-    """A camera is held at a usual `height` () over the ground, metres."""
+    """A camera is held at a usual `height` () over the ground, meters."""
     return ((height - HELD) / 0.2).square()
 
 
@@ -144,7 +144,7 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
 
 
 _OUTLINE = 90.0
-"""Neighbouring points say the same thing: so many independent measurements the points of an outline
+"""Neighboring points say the same thing: so many independent measurements the points of an outline
 count as."""
 _MAP = 90.0
 """The same of the pixels of a map."""

@@ -45,7 +45,7 @@ def fit_together(
 ) -> list[FitResult]:
     """Fit one shape to several photos of the same person, and a pose and a camera to each.
 
-    It starts from the fit to each photo alone and minimises the sum of their objectives; the prior
+    It starts from the fit to each photo alone and minimizes the sum of their objectives; the prior
     of the shape counts once. Poses that are nearly the same are drawn together
     (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then
     each photo shows the depth that the other does not.
@@ -58,7 +58,7 @@ def fit_together(
     settings : FitSettings, optional
     surfaces : sequence of n Surface, optional
         Reconstructed persons in the frames of the cameras of `fits`; then the papers' objective
-        (Eq. 15) is minimised, and the cameras stay.
+        (Eq. 15) is minimized, and the cameras stay.
     progress : Progress, optional
 
     Returns
@@ -230,7 +230,7 @@ def _upright(first: Unknowns, second: Unknowns) -> Tensor:
 
 
 UNLIKE = 0.09
-"""Bodies at rest of the fits to single photos that are farther apart in the mean, metres, may be of
+"""Bodies at rest of the fits to single photos that are farther apart in the mean, meters, may be of
 different persons; those of one person were within 5 cm."""
 
 
@@ -249,13 +249,13 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
             else f"one body does not fill photo {worse[0]}"
         )
         return [
-            f"the photos may show different persons ({found}): colours and shape of all are mixed; give photos of one person alone"
+            f"the photos may show different persons ({found}): colors and shape of all are mixed; give photos of one person alone"
         ]
     return []
 
 
 def shapes_differ(fits: Sequence[FitResult]) -> float:
-    """How far the bodies of fits to single photos are apart at rest, metres: the largest mean
+    """How far the bodies of fits to single photos are apart at rest, meters: the largest mean
     distance of their vertices."""
     import torch
 

@@ -32,11 +32,11 @@ class Unknowns:
         See `PoseSpace`.
     shape : (S,)
     translation : (3,)
-        Metres.
+        Meters.
     log_scale : ()
         Logarithm of the camera's scale.
     center : tuple of 2 float
-        The camera's centre; constant, since the translation does the same.
+        The camera's center; constant, since the translation does the same.
     pitch : ()
         How far down a perspective camera looks, radians.
     view : View
@@ -139,7 +139,7 @@ class Unknowns:
         self.pitch = torch.tensor(camera.pitch, dtype=torch.float64)
 
     def _aim(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Where the optical axis meets the person's depth, metres."""
+        """Where the optical axis meets the person's depth, meters."""
         import torch
 
         scale, (u, v) = self.log_scale.exp(), self.view.axis
@@ -151,7 +151,7 @@ class Unknowns:
         return (u - self.center[0]) / scale, (self.center[1] - v) / scale, depth
 
     def camera_height(self, ground: Tensor) -> Tensor:
-        """How high a perspective camera is over y = `ground` (), metres."""
+        """How high a perspective camera is over y = `ground` (), meters."""
         return self._aim()[1] + self.view.distance * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:

@@ -11,22 +11,22 @@ import numpy as np
 from a2v.types import FloatArray, PhotoCamera, Subject
 
 USUAL = (3.0, 0.4)
-"""Usual distance of a camera that sees a whole person, metres, and the spread of its logarithm."""
+"""Usual distance of a camera that sees a whole person, meters, and the spread of its logarithm."""
 HELD = 1.45
-"""Usual height of a camera over the ground, metres: somebody stands and holds it."""
+"""Usual height of a camera over the ground, meters: somebody stands and holds it."""
 STEEPEST = 0.6
 """A camera looks up or down at most so much, radians; farther would be a guess too bold."""
 _LENS = 26.0
-"""Focal length of a telephone's main camera as for 35 mm film, millimetres."""
+"""Focal length of a telephone's main camera as for 35 mm film, millimeters."""
 _LENS_SPREAD = 0.45
 """Spread of the logarithm of a distance that follows from it: other lenses, and photos that are
 cropped."""
 _SHAPES = (4 / 3, 3 / 2, 16 / 9)
 """Longer over shorter side of photos as cameras give them; of others a part is missing."""
 _FILM = 43.27
-"""Diagonal of 35 mm film, millimetres."""
+"""Diagonal of 35 mm film, millimeters."""
 _LIMITS = (1.0, 30.0)
-"""Distances that are believed, metres."""
+"""Distances that are believed, meters."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ def believed_view(
     height : float
         The person's standing height, pixels.
     tall : float
-        The same in metres.
+        The same in meters.
     distance : float, optional
-        What the user says, metres; 0 for an orthographic camera.
+        What the user says, meters; 0 for an orthographic camera.
     """
     axis = (float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2)
     if distance == 0:
@@ -103,8 +103,8 @@ def believed_view(
 
 
 def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:
-    """The distance, metres, at which a lens of `focal` (mm, as for 35 mm film) makes a person of
-    `tall` metres so large."""
+    """The distance, meters, at which a lens of `focal` (mm, as for 35 mm film) makes a person of
+    `tall` meters so large."""
     left, _, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height

@@ -18,11 +18,11 @@ LEAST = 0.3
 FRAMES = 8
 """Fewest frames in which it has to be."""
 _STEADY = 0.0012
-"""Landmarks that no expression moves farther, metres, hold the face."""
+"""Landmarks that no expression moves farther, meters, hold the face."""
 _ERROR = 0.0015
-"""Expected error of a landmark, metres."""
+"""Expected error of a landmark, meters."""
 _ALIKE = 12.0
-"""So many neighbouring landmarks say the same."""
+"""So many neighboring landmarks say the same."""
 _SPREAD = 0.4
 """Usual strength of an expression."""
 RARE = (
@@ -61,7 +61,7 @@ _JAW = (1, 152)
 
 @dataclass(frozen=True)
 class FaceBasis:
-    """The body's face as the detector sees it, metres: landmarks at rest (478, 3), how `names` move
+    """The body's face as the detector sees it, meters: landmarks at rest (478, 3), how `names` move
     them (52, 478, 3), and which are `steady` (n,)."""
 
     names: tuple[str, ...]
@@ -91,7 +91,7 @@ def fit_expressions(faces: Sequence[FloatArray | None], times: FloatArray) -> di
 
     The landmarks are laid on the body's by those that no expression moves (a similarity), the
     neutral face is the median of frames with open eyes and a closed jaw, and the strengths w of a
-    frame minimise ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
+    frame minimize ‖B w - d‖² + ‖w‖² + 2 Σ w in units of standard deviations, 0 <= w <= 1.
 
     Parameters
     ----------
@@ -130,15 +130,15 @@ def _laid(own: FloatArray, target: FloatArray, points: FloatArray) -> FloatArray
     """Points (T, N, 3) moved, turned and scaled as brings `own` (T, n, 3) onto `target` (n, 3) or
     (T, n, 3) best (Umeyama 1991)."""
     target = np.broadcast_to(target, own.shape)
-    middle, centre = target.mean(axis=1, keepdims=True), own.mean(axis=1, keepdims=True)
-    first, second = own - centre, target - middle
+    middle, center = target.mean(axis=1, keepdims=True), own.mean(axis=1, keepdims=True)
+    first, second = own - center, target - middle
     u, sizes, vt = np.linalg.svd(np.einsum("tnk,tnl->tkl", second, first))
     sign = np.ones((len(points), 3))
     sign[:, 2] = np.linalg.det(u @ vt)
     turn = (u * sign[:, None]) @ vt
     scale = (sizes * sign).sum(axis=1) / np.maximum((first**2).sum(axis=(1, 2)), 1e-12)
     laid: FloatArray = (
-        scale[:, None, None] * np.einsum("tkl,tnl->tnk", turn, points - centre) + middle
+        scale[:, None, None] * np.einsum("tkl,tnl->tnk", turn, points - center) + middle
     )
     return laid
 

@@ -43,7 +43,7 @@ PARENTS: tuple[int, ...] = tuple(
     -1 if not parent else NAMES.index(parent) for _, parent, _ in JOINTS
 )
 _POINTS = {"head_top": (0.0, 0.17, 0.02), "head_front": (0.0, 0.04, 0.16)}
-"""Joints that are no bone's head: from the bone's head at rest, metres."""
+"""Joints that are no bone's head: from the bone's head at rest, meters."""
 
 
 @lru_cache(maxsize=1)
@@ -107,7 +107,7 @@ class Figure:
             Rotation of the whole body.
         angles : (T, D)
         place : (T, 3)
-            Added to everything, metres.
+            Added to everything, meters.
         """
         import torch
 
@@ -122,13 +122,13 @@ class Figure:
         return torch.stack(turns, dim=-3), torch.stack(heads, dim=-2)
 
     def landmarks(self, turns: Tensor, heads: Tensor) -> Tensor:
-        """BlazePose's landmarks (T, 33, 3), metres."""
+        """BlazePose's landmarks (T, 33, 3), meters."""
         import torch
 
         return torch.einsum("tbij,lbj->tli", turns, self.marks) + self.frame.shares @ heads
 
     def joints(self, turns: Tensor, heads: Tensor) -> Tensor:
-        """`JOINTS` (T, J, 3), metres."""
+        """`JOINTS` (T, J, 3), meters."""
         carrier = self.frame.joint_carrier
         moved: Tensor = (turns[:, carrier] @ self.points[None, :, :, None])[..., 0] + heads[
             :, carrier

@@ -35,7 +35,7 @@ AGAIN = 14
 SAMPLED = 24
 """Frames by which the body's shape and the camera's tilt are found."""
 HELD = (1.35, 0.35)
-"""Usual height of a camera over the ground, metres, and its spread."""
+"""Usual height of a camera over the ground, meters, and its spread."""
 _KEYPOINT = 0.012
 """Expected error of a landmark, relative to the height."""
 _ROBUST = 0.05
@@ -47,16 +47,16 @@ _SMOOTH_WEIGHT = 0.6
 _TURNS = 120.0
 """Usual acceleration of an angle, radians per square second."""
 _SLIDE = 0.04
-"""Metres a second at which a foot that stands may slide."""
+"""Meters a second at which a foot that stands may slide."""
 _SLIDE_WEIGHT = 0.3
 _GROUND_WEIGHT = 0.3
 _LEVEL = 0.02
-"""Expected error of the height of a sole that stands, metres."""
+"""Expected error of the height of a sole that stands, meters."""
 SOLE = 0.02
-"""Height of the landmarks of heel and toes over the sole, metres."""
+"""Height of the landmarks of heel and toes over the sole, meters."""
 _ANGLE_WEIGHT = 0.1
 _SCALES = (0.3, 0.3, 0.1)
-"""Usual sizes of changes of orientation and angles, radians, and of places, metres."""
+"""Usual sizes of changes of orientation and angles, radians, and of places, meters."""
 _EVEN = 2.0
 """Frames over which what the fit starts from is smooth."""
 _SEGMENTS = [
@@ -85,7 +85,7 @@ class Moves:
     Attributes
     ----------
     joints : (T, J, 3)
-        `a2v.footage.figure.JOINTS`, metres.
+        `a2v.footage.figure.JOINTS`, meters.
     landmarks : (T, 33, 3)
     shape : (S,)
         Of the body, in all frames.
@@ -426,7 +426,7 @@ class Stands:
     held : (T, 4)
         How surely ankles and toes, left and right, stand.
     ground : float
-        Height of the ground, metres.
+        Height of the ground, meters.
     """
 
     held: FloatArray

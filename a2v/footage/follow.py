@@ -46,13 +46,13 @@ class Followed:
     Attributes
     ----------
     motion : Motion
-        Metres, y up, 30 frames a second; the person begins over the origin, and whoever faces the
+        Meters, y up, 30 frames a second; the person begins over the origin, and whoever faces the
         camera faces +z.
     remarks : tuple of str
         What was not seen, when, and what was left out.
     facts : dict
         ``seconds`` of the video, ``frames`` that were looked at, ``seen`` of them, ``height`` and
-        ``tilt`` of the camera (metres, degrees).
+        ``tilt`` of the camera (meters, degrees).
     """
 
     motion: Motion
@@ -253,7 +253,7 @@ def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
 
 
 TOE = 0.02
-"""Height of the toes' joint of a foot that stands, metres."""
+"""Height of the toes' joint of a foot that stands, meters."""
 
 
 def _ground(joints: FloatArray) -> float:

@@ -46,7 +46,7 @@ def steady_depths(
     Parameters
     ----------
     points : (T, 33, 3)
-        Metres of a person of typical height.
+        Meters of a person of typical height.
     pixels : (T, 33, 2)
     heights : (T,)
         The person's, pixels.

@@ -28,15 +28,15 @@ class FollowSettings:
         Longer side of the pictures that are looked at, pixels; larger videos are scaled while they
         are decoded.
     height : float
-        The person's standing height, metres; a video does not show it.
+        The person's standing height, meters; a video does not show it.
     lens : float
-        Focal length as for 35 mm film, millimetres; 0: a telephone's.
+        Focal length as for 35 mm film, millimeters; 0: a telephone's.
     camera : str
         "auto": its turns are found from the background; "still": it stands on a tripod.
     face : bool
         Look for the face, where it is large enough, and fit the 52 expressions to it.
     acceleration : float
-        Usual acceleration of a joint, metres per square second: less is smoother. Errors beyond it
+        Usual acceleration of a joint, meters per square second: less is smoother. Errors beyond it
         count linearly, so that hits stay.
     window : int
         Frames that are fitted together.
@@ -65,16 +65,16 @@ class FollowSettings:
         if not 256 <= self.side <= 1920:
             raise InputError(f"side is {self.side}; expected 256 to 1920 pixels")
         if not 0.5 <= self.height <= 2.5:
-            raise InputError(f"height is {self.height}; expected 0.5 to 2.5 metres")
+            raise InputError(f"height is {self.height}; expected 0.5 to 2.5 meters")
         if self.lens and not 8 <= self.lens <= 400:
             raise InputError(
-                f"lens is {self.lens}; expected 8 to 400 millimetres, or 0 for a telephone's"
+                f"lens is {self.lens}; expected 8 to 400 millimeters, or 0 for a telephone's"
             )
         if self.camera not in CAMERAS:
             raise InputError(f"camera is '{self.camera}'; choose from {', '.join(CAMERAS)}")
         if not 0.1 <= self.acceleration <= 1000:
             raise InputError(
-                f"acceleration is {self.acceleration}; expected 0.1 to 1000 metres per square second"
+                f"acceleration is {self.acceleration}; expected 0.1 to 1000 meters per square second"
             )
         if not 32 <= self.window <= 400 or not 1 <= self.steps <= 1000:
             raise InputError(

@@ -69,7 +69,7 @@ def smoother(count: int) -> FloatArray:
     """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with,
     smooth changes are as easy as jagged ones are hard.
 
-    L-BFGS needs hundreds of steps where neighbours in time hold each other, and tens where its
+    L-BFGS needs hundreds of steps where neighbors in time hold each other, and tens where its
     unknowns are changed by this (a preconditioner).
     """
     if count < 3:

@@ -16,9 +16,9 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import BoolArray, FloatArray, IntArray
 
 FILM = 43.27
-"""Diagonal of 35 mm film, millimetres."""
+"""Diagonal of 35 mm film, millimeters."""
 LENS = 28.0
-"""Focal length of a telephone that films, as for 35 mm film, millimetres: a little is cut off its
+"""Focal length of a telephone that films, as for 35 mm film, millimeters: a little is cut off its
 26 of a photo."""
 BRIDGED = 1.0
 """Seconds in which somebody may not be seen within one piece."""
@@ -47,7 +47,7 @@ class Track:
     confidence : (T, 33)
         As the detectors have it.
     points : (T, 33, 3)
-        Metres of a person of typical height, upright, in the heading of the camera.
+        Meters of a person of typical height, upright, in the heading of the camera.
     heights : (T,)
         Standing height of the person, pixels.
     yaw, tilt : (T,)

@@ -29,7 +29,7 @@ AROUND = 1.4
 SAME_BOX = 0.25
 """Least overlap (intersection over union) with where the person is expected."""
 SAME_LOOK = 0.55
-"""Least likeness of colours (Bhattacharyya coefficient) of two pictures of one person."""
+"""Least likeness of colors (Bhattacharyya coefficient) of two pictures of one person."""
 RARELY = 10
 """Frames from one thorough search for somebody who is lost to the next."""
 _EYES = 26.0
@@ -53,7 +53,7 @@ class Sighting:
     keypoints : (33, 3) float32 or None
         u, v in pixels of the picture, confidence; None where the person is not seen; so the others.
     points : (33, 3) float32 or None
-        Metres of a person of typical height, from the middle of the hips, y up, +z towards the
+        Meters of a person of typical height, from the middle of the hips, y up, +z towards the
         camera, over the floor.
     height : float
         Standing height, pixels, by the lengths of the limbs.
@@ -332,7 +332,7 @@ def _overlap(one: FloatArray, two: FloatArray) -> float:
 
 
 def _look_of(picture: ByteArray, mask: FloatArray) -> FloatArray:
-    """Histograms (2, 64) of the colours of the upper and the lower half of a person."""
+    """Histograms (2, 64) of the colors of the upper and the lower half of a person."""
     inside = mask > 0.6
     rows = np.nonzero(inside.any(axis=1))[0]
     if not len(rows):

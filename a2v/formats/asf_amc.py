@@ -38,10 +38,10 @@ class Bone:
 
 @dataclass(frozen=True)
 class AsfSkeleton:
-    """The bones of an ASF file, parents first, and metres of its unit; parent -1 is the root."""
+    """The bones of an ASF file, parents first, and meters of its unit; parent -1 is the root."""
 
     bones: tuple[Bone, ...]
-    metres: float
+    meters: float
     root_order: tuple[str, ...]
 
 
@@ -69,13 +69,13 @@ def parse_asf(text: str, source: str) -> AsfSkeleton:
         units = {
             words[0].lower(): words[1] for words in sections.get("units", []) if len(words) > 1
         }
-        metres = METRES_PER_INCH / float(units.get("length", 1.0))
+        meters = METRES_PER_INCH / float(units.get("length", 1.0))
         radians = units.get("angle", "deg").lower().startswith("rad")
         root = {words[0].lower(): words[1:] for words in sections["root"]}
         bones = _bones(sections["bonedata"], radians)
         return AsfSkeleton(
             _in_order(sections["hierarchy"], bones),
-            metres,
+            meters,
             tuple(word.lower() for word in root["order"]),
         )
     except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
@@ -139,7 +139,7 @@ def read_amc(
     Returns
     -------
     Motion
-        Metres, y up; a joint where each bone that has a length ends, named after the bone that
+        Meters, y up; a joint where each bone that has a length ends, named after the bone that
         begins there.
 
     Raises
@@ -190,8 +190,8 @@ def _motion(
         names.append(
             "neck" if central and len(below) > 1 else below[0] if below else f"{bones[at].name}_end"
         )
-        rest.append(bones[at].direction * bones[at].length * skeleton.metres)
-    joints = np.stack([origin, *(tails[at] for at in kept)], axis=1) * skeleton.metres
+        rest.append(bones[at].direction * bones[at].length * skeleton.meters)
+    joints = np.stack([origin, *(tails[at] for at in kept)], axis=1) * skeleton.meters
     offsets = np.stack(rest)
     tree = skeleton_from_parents(parents, names, offsets)
     return Motion(

@@ -1,5 +1,5 @@
 """What every format of characters needs: clips that are checked, transforms in the parents' frames,
-what faces express, encoded textures, linear colours."""
+what faces express, encoded textures, linear colors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from a2v.geometry.vectors import unit
 from a2v.types import ByteArray, Face, FloatArray, IntArray, Surface
 
 Clips = Mapping[str, tuple[FloatArray, float]]
-"""By name: bone transforms (T, B, 4, 4), world from bone, metres, and frames per second."""
+"""By name: bone transforms (T, B, 4, 4), world from bone, meters, and frames per second."""
 
 Strengths = Mapping[str, Mapping[str, FloatArray]]
 """By clip and ARKit's names of expressions: strengths (T,), usually in [0, 1]."""
@@ -108,7 +108,7 @@ class ShadedTargets:
 
     def __call__(self, name: str) -> tuple[IntArray, FloatArray, FloatArray]:
         """Ascending vertices (n,) whose place or normal the expression `name` changes, offsets (n,
-        3) of places, metres, and of unit normals."""
+        3) of places, meters, and of unit normals."""
         moved, offsets = self.face.target(name)
         vertices = self._vertices.copy()
         vertices[moved] += offsets
@@ -147,7 +147,7 @@ def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
 
 
 def linear_colors(colors: FloatArray) -> FloatArray:
-    """Linear light (V, 3) float64 of sRGB vertex colours (V, 3) in [0, 1], as glTF and USD keep
+    """Linear light (V, 3) float64 of sRGB vertex colors (V, 3) in [0, 1], as glTF and USD keep
     them."""
     encoded = np.clip(colors.astype(np.float64), 0, 1)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

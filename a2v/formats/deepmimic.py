@@ -16,7 +16,7 @@ from a2v.kinematics.so3 import quat_to_rotmat, rotvec_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics
 from a2v.types import FloatArray, Motion
 
-# DeepMimic's humanoid3d: name, parent, offset in metres (x forward, y up, z right), degrees of
+# DeepMimic's humanoid3d: name, parent, offset in meters (x forward, y up, z right), degrees of
 # freedom in a frame: 4 a quaternion, 1 an angle about z, 0 fixed. Frames hold the duration, the
 # root's position and then these, in order.
 _HUMANOID3D: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
@@ -65,7 +65,7 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     Returns
     -------
     Motion
-        Metres, y up, facing +z; rotations have no twist about the bones.
+        Meters, y up, facing +z; rotations have no twist about the bones.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def _read_frames(source: Path) -> FloatArray:
         frames = np.asarray(rows, dtype=np.float64)
     except OverflowError:
         raise InputError(
-            f"{source}: a number has hundreds of digits; expected metres, seconds and quaternions"
+            f"{source}: a number has hundreds of digits; expected meters, seconds and quaternions"
         ) from None
     if len(frames) * len(_HUMANOID3D) > MAX_JOINT_FRAMES:
         raise InputError(
@@ -129,7 +129,7 @@ def _read_frames(source: Path) -> FloatArray:
 
 
 def _joint_positions(frames: FloatArray, source: Path) -> FloatArray:
-    """Joints (T, J, 3) of frames (T, `_FRAME`), metres, in DeepMimic's axes."""
+    """Joints (T, J, 3) of frames (T, `_FRAME`), meters, in DeepMimic's axes."""
     count = len(frames)
     column = 4
     joints = np.zeros((count, len(_HUMANOID3D), 3))

@@ -1,5 +1,5 @@
 """FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in
-centimetres.
+centimeters.
 
 `fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's
 exporter, run by Node; `fbx_reader.mjs` turns an FBX of others into a GLB. The packages come from
@@ -54,9 +54,9 @@ def write_fbx(
     *,
     expressions: Strengths | None = None,
 ) -> None:
-    """Write a textured (or vertex-coloured), skinned and animated binary FBX, atomically.
+    """Write a textured (or vertex-colored), skinned and animated binary FBX, atomically.
 
-    Centimetres, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip
+    Centimeters, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip
     is an animation stack with straight lines between keys, one a frame; expressions are blend
     shapes.
 
@@ -84,7 +84,7 @@ def write_fbx(
 
 
 def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:
-    """Write a GLB with one picture at most as binary FBX in centimetres, atomically; its clips have
+    """Write a GLB with one picture at most as binary FBX in centimeters, atomically; its clips have
     `fps` keys per second.
 
     Raises
@@ -97,7 +97,7 @@ def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, 
 
 
 def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in metres, without its
+    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in meters, without its
     pictures.
 
     Raises

@@ -7,7 +7,7 @@ import { mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { GLTFExporter } from "three/examples/jsm/exporters/GLTFExporter.js";
 import { scaleLengths } from "./fbx_scale.mjs";
 
-const CENTIMETRE = 0.01;
+const CENTIMETER = 0.01;
 globalThis.self ??= globalThis; // the loader and the exporter look for browser interfaces there
 globalThis.window ??= globalThis;
 globalThis.FileReader ??= class {
@@ -48,7 +48,7 @@ const scene = new FBXLoader().parse(bytes, "");
 single(scene);
 nameShapes(scene, scene.animations ?? []);
 scene.updateMatrixWorld(true);
-scaleLengths(scene, scene.animations ?? [], CENTIMETRE * (scene.userData.unitScaleFactor ?? 1));
+scaleLengths(scene, scene.animations ?? [], CENTIMETER * (scene.userData.unitScaleFactor ?? 1));
 scene.traverse((object) => {
   // three.js allows no colons in names: fbx_writer.mjs gives the bones their own names back
   object.userData = object.userData.originalName ? { name: object.userData.originalName } : {};

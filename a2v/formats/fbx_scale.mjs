@@ -1,4 +1,4 @@
-// Another unit for a whole scene: what fbx_reader.mjs and fbx_writer.mjs share. FBX counts in centimetres, glTF in metres.
+// Another unit for a whole scene: what fbx_reader.mjs and fbx_writer.mjs share. FBX counts in centimeters, glTF in meters.
 import { Vector3 } from "three";
 
 // Multiplies every length of a scene and its clips; no node gets a scale of its own.

@@ -1,4 +1,4 @@
-// A GLB of ours as binary FBX in centimetres: three.js reads it, @comfyorg/fbx-exporter-three writes it.
+// A GLB of ours as binary FBX in centimeters: three.js reads it, @comfyorg/fbx-exporter-three writes it.
 // node fbx_writer.mjs in.glb out.fbx FPS, beside a node_modules that holds both packages.
 import { readFileSync, writeFileSync } from "node:fs";
 import { Matrix4, Quaternion, Scene, Texture, Vector3 } from "three";
@@ -6,11 +6,11 @@ import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { FBXExporter } from "@comfyorg/fbx-exporter-three";
 import { scaleLengths } from "./fbx_scale.mjs";
 
-const CENTIMETRES = 100;
-const APART = 0.03; // centimetres
+const CENTIMETERS = 100;
+const APART = 0.03; // centimeters
 globalThis.self ??= globalThis; // GLTFLoader looks for URL there
 
-// The GLB without its pictures, which only a browser could decode, and the bytes of the base colour's.
+// The GLB without its pictures, which only a browser could decode, and the bytes of the base color's.
 function withoutImages(data) {
   const size = data.readUInt32LE(12);
   const json = JSON.parse(data.subarray(20, 20 + size));
@@ -39,7 +39,7 @@ function glbOf(json, binary) {
 }
 
 function inCentimetres(scene, animations) {
-  scaleLengths(scene, animations, CENTIMETRES);
+  scaleLengths(scene, animations, CENTIMETERS);
   const done = new Set();
   scene.traverse((object) => {
     const uv = object.isMesh && !done.has(object.geometry) ? object.geometry.attributes.uv : null;
@@ -49,7 +49,7 @@ function inCentimetres(scene, animations) {
   });
 }
 
-// The topmost bone moves off the line to its only child by less than a millimetre: Blender's importers connect a bone to a parent whose
+// The topmost bone moves off the line to its only child by less than a millimeter: Blender's importers connect a bone to a parent whose
 // tail it stands on, and let no connected bone move, so that hips over a root would stay at one height.
 function apart(scene, animations) {
   const bones = [];

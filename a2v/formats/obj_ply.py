@@ -1,4 +1,4 @@
-"""Surfaces as OBJ (with its texture) and PLY (coloured points)."""
+"""Surfaces as OBJ (with its texture) and PLY (colored points)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from a2v.types import FloatArray, Surface
 def write_obj(
     path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None
 ) -> None:
-    """Write Wavefront OBJ: colours behind the positions (``v x y z r g b``); with a texture also
+    """Write Wavefront OBJ: colors behind the positions (``v x y z r g b``); with a texture also
     ``vt``, an ``.mtl`` and a ``.png``.
 
     Parameters
@@ -62,7 +62,7 @@ def write_obj(
 def write_ply(
     path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None
 ) -> None:
-    """Write binary PLY with positions, normals and 8-bit colours; `vertices` (V, 3) replaces the
+    """Write binary PLY with positions, normals and 8-bit colors; `vertices` (V, 3) replaces the
     surface's."""
     points = _points(surface, vertices)
     normals = vertex_normals(points.astype(np.float64), surface.faces.astype(np.int64)).astype(
@@ -79,7 +79,7 @@ def write_ply(
     properties = "".join(f"property float {axis}\n" for axis in ("x", "y", "z", "nx", "ny", "nz"))
     properties += "".join(f"property uchar {channel}\n" for channel in ("red", "green", "blue"))
     header = (
-        f"ply\nformat binary_little_endian 1.0\ncomment a2v, metres, y up\nelement vertex {len(table)}\n{properties}"
+        f"ply\nformat binary_little_endian 1.0\ncomment a2v, meters, y up\nelement vertex {len(table)}\n{properties}"
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
     with atomic_path(path) as temporary:

@@ -153,7 +153,7 @@ def read_motion(
     Returns
     -------
     Motion
-        Metres, y up; a batch where the file holds one.
+        Meters, y up; a batch where the file holds one.
 
     Raises
     ------

@@ -40,11 +40,11 @@ def write_usd(
     jpeg_quality: int = 92,
     expressions: Strengths | None = None,
 ) -> None:
-    """Write a textured (or vertex-coloured), skinned and animated character as USD.
+    """Write a textured (or vertex-colored), skinned and animated character as USD.
 
     One SkelRoot with mesh, skeleton and a SkelAnimation a clip; the first clip is the one that
     plays, since USD binds one at a time. Time codes are frames of the first clip; the other clips'
-    keys stand at their own moments. Metres, y up.
+    keys stand at their own moments. Meters, y up.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Meshes, rays, volumes, colours: what several stages ask of geometry, once."""
+"""Meshes, rays, volumes, colors: what several stages ask of geometry, once."""

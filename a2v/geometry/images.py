@@ -14,7 +14,7 @@ def sample_image(
     """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel
     positions (N, 2).
 
-    The centre of the first pixel is at (0.5, 0.5); the border is carried on.
+    The center of the first pixel is at (0.5, 0.5); the border is carried on.
     """
     return sample_index(image, columns=pixels[:, 0] - 0.5, rows=pixels[:, 1] - 0.5, linear=linear)
 
@@ -43,7 +43,7 @@ def trace_contours(mask: FloatArray) -> list[FloatArray]:
     beyond the image it is 0."""
     from skimage.measure import find_contours
 
-    # one pixel of padding less half a pixel to its centre
+    # one pixel of padding less half a pixel to its center
     return [line[:, ::-1] - 0.5 for line in find_contours(np.pad(mask, 1), 0.5)]
 
 

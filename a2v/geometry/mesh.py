@@ -43,7 +43,7 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
 
 
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
-    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbours, so many
+    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbors, so many
     times."""
     from scipy.sparse import csr_matrix
 
@@ -66,7 +66,7 @@ def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """A third of the area of the faces around each vertex, (V,) square metres."""
+    """A third of the area of the faces around each vertex, (V,) square meters."""
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1

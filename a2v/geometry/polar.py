@@ -20,11 +20,11 @@ def nearest_rotations(matrices: FloatArray) -> FloatArray:
 
 
 def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> FloatArray:
-    """Rotations (N, 3, 3) float64 maximising trace(R^T A) for A (N, 3, 3), from a first guess near
+    """Rotations (N, 3, 3) float64 maximizing trace(R^T A) for A (N, 3, 3), from a first guess near
     the solution.
 
     Each step turns R about omega = sum_k R_k x A_k / |sum_k R_k . A_k| (Mueller, Bender, Chentanez,
-    Macklin 2016); where the steps did not arrive (far guesses, flat neighbourhoods seen from
+    Macklin 2016); where the steps did not arrive (far guesses, flat neighborhoods seen from
     behind) the decomposition takes over.
     """
     targets = np.ascontiguousarray(matrices, np.float64)
@@ -68,7 +68,7 @@ def _newton(a: Any, r: Any, steps: int) -> Any:
             if square > 4.0:
                 scale = 2.0 / np.sqrt(square)
                 x, y, z = x * scale, y * scale, z * scale
-            # the quaternion (1, omega / 2), normalised: omega's rotation to second order, without
+            # the quaternion (1, omega / 2), normalized: omega's rotation to second order, without
             # sine and cosine
             w = 1.0 / np.sqrt(1.0 + 0.25 * min(square, 4.0))
             x, y, z = 0.5 * w * x, 0.5 * w * y, 0.5 * w * z

@@ -46,7 +46,7 @@ def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
 
 
 def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any:
-    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) metres and faces (F, 3),
+    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) meters and faces (F, 3),
     built on `threads` threads (0: all cores).
 
     It takes float32 arrays: rays (..., 6), an origin and a direction each, or points (..., 3).
@@ -153,14 +153,14 @@ def signed_distance_and_normals(
 
 
 def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
-    """An order (N,) in which neighbours follow each other: searches find warm caches."""
+    """An order (N,) in which neighbors follow each other: searches find warm caches."""
     return np.asarray(np.lexsort(np.floor(points / cell).T))
 
 
 @dataclass(frozen=True, eq=False)
 class SideView:
     """A mesh from the front, or through from the back, on square pixels: hits (one a pixel, rows
-    first), depth (H, W), metres, NaN outside, and unit normals (H, W, 3), zero outside.
+    first), depth (H, W), meters, NaN outside, and unit normals (H, W, 3), zero outside.
     """
 
     hits: Hits
@@ -224,7 +224,7 @@ def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
 
 
 def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
-    """What lies under every texel's centre, by rays onto the flattened mesh.
+    """What lies under every texel's center, by rays onto the flattened mesh.
 
     Parameters
     ----------

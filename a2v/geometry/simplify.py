@@ -64,7 +64,7 @@ def simplify(
     Parameters
     ----------
     vertices : (V, 3)
-        Metres.
+        Meters.
     faces : (F, 3)
     target : int
         Faces.
@@ -274,7 +274,7 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
             c = following[c]
         if not good or between == 0 or between > 2:
             continue
-        # neighbours of both are those of the edge's faces alone, and each wedge of u has one to
+        # neighbors of both are those of the edge's faces alone, and each wedge of u has one to
         # become
         turn += 1
         c = first[u]
@@ -310,7 +310,7 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
             c = following[c]
         if not good or shared != between or used == 0:
             continue
-        # a border collapses along itself alone: inside, u has as many faces as neighbours
+        # a border collapses along itself alone: inside, u has as many faces as neighbors
         turn += 1
         ring, own = 0, 0
         c = first[u]

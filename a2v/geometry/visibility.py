@@ -13,7 +13,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatArray:
-    """The z of the first hit from the camera's side at points (x, y) metres (any shape); -inf where
+    """The z of the first hit from the camera's side at points (x, y) meters (any shape); -inf where
     nothing is hit.
 
     `front` is a z in front of everything: the photo's camera is on +z and looks down -z.
@@ -28,7 +28,7 @@ def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatA
 def depth_map(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, size: tuple[int, int]
 ) -> FloatArray:
-    """Front depth (H, W) float32, metres, at the centres of the photo's pixels; -inf where the
+    """Front depth (H, W) float32, meters, at the centers of the photo's pixels; -inf where the
     surface is not.
 
     `size` is the crop's (width, height).
@@ -42,7 +42,7 @@ def depth_map(
 def visible_vertices(
     vertices: FloatArray, faces: IntArray, *, tolerance: float = 0.002
 ) -> BoolArray:
-    """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` metres
+    """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` meters
     before it, and it faces the camera."""
     scene = ray_scene(vertices, faces, threads=0)
     depth = cast_depth(scene, vertices[:, 0], vertices[:, 1], float(vertices[:, 2].max()) + 1.0)
@@ -67,7 +67,7 @@ def silhouette_iou(
 
 def person_box(vertices: FloatArray, person: BoolArray, camera: OrthographicCamera) -> FloatArray:
     """Least and largest corner (2, 3) of the box that holds a body's vertices (V, 3) and, in x and
-    y, a mask (H, W) of `camera`; metres."""
+    y, a mask (H, W) of `camera`; meters."""
     rows, columns = np.nonzero(person)
     corners = camera.unproject(
         np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64),

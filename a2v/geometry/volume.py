@@ -17,14 +17,14 @@ EXACT = 3
 @dataclass(frozen=True)
 class Grid:
     """A regular grid: node (i, j, k) lies at ``origin + cell * (i, j, k)``, axes x, y, z,
-    metres."""
+    meters."""
 
     origin: FloatArray
     cell: float
     shape: tuple[int, int, int]
 
     def axis(self, axis: int) -> FloatArray:
-        """Coordinates of the nodes along one axis, metres."""
+        """Coordinates of the nodes along one axis, meters."""
         return np.asarray(self.origin[axis] + self.cell * np.arange(self.shape[axis]))
 
 
@@ -60,7 +60,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
         .reshape(nx, ny, nz + 1)
     )
     winding = np.cumsum(crossings, axis=2, dtype=np.int8)
-    broken = winding[..., -1] != 0  # a ray along a crack: take the neighbours' word
+    broken = winding[..., -1] != 0  # a ray along a crack: take the neighbors' word
     inside = winding[..., :nz] > 0
     if broken.any():
         for i, j in np.argwhere(broken):
@@ -74,7 +74,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
 def signed_distance(
     vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3
 ) -> FloatArray:
-    """Signed distance (nx, ny, nz) float32, metres, negative inside; constant beyond `band` cells
+    """Signed distance (nx, ny, nz) float32, meters, negative inside; constant beyond `band` cells
     of the surface.
 
     Within `EXACT` cells it is exact; farther away it is interpolated between every second node.
@@ -100,7 +100,7 @@ def signed_distance(
 
 
 def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:
-    """Distance (nx, ny, nz), metres, from `EXACT` to `band` cells, interpolated from that on a grid
+    """Distance (nx, ny, nz), meters, from `EXACT` to `band` cells, interpolated from that on a grid
     of cells twice as large."""
     shape = (grid.shape[0] // 2 + 2, grid.shape[1] // 2 + 2, grid.shape[2] // 2 + 2)
     fine = np.abs(

@@ -26,7 +26,7 @@ class GroundTrajectory:
     Attributes
     ----------
     position : (T, 2) float64
-        x and z, metres.
+        x and z, meters.
     heading : (T,) float64
         Angle about +y that turns +z to where the person faces, radians, without jumps of a full
         turn.

@@ -11,7 +11,7 @@ from a2v.kinematics.transforms import forward_kinematics, inverse_kinematics
 from a2v.types import FloatArray, Motion
 
 _OFF = 5e-5
-"""Metres by which joints may miss their rotations' forward kinematics: float32 at rest costs less,
+"""Meters by which joints may miss their rotations' forward kinematics: float32 at rest costs less,
 a clip of joints alone more."""
 
 
@@ -32,7 +32,7 @@ def rotvecs_of(motion: Motion, skeleton: Skeleton) -> tuple[FloatArray, FloatArr
     rotvecs : (..., T, J, 3) float64
         Chain convention, radians.
     lengths : (..., T, J) float64
-        Metres.
+        Meters.
     """
     joints = motion.joints.astype(np.float64)
     lengths = np.linalg.norm(joints - joints[..., np.maximum(motion.parents, 0), :], axis=-1)

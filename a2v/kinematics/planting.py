@@ -1,7 +1,7 @@
 """Feet that stand where they stand: contacts by each foot's own floor, the body carried along with
 them, legs that reach.
 
-Models say where feet are only roughly, so that they slide by decimetres while they should stand.
+Models say where feet are only roughly, so that they slide by decimeters while they should stand.
 Here a foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and
 soles is cleaned by `a2v.animation.grounding`.
 """
@@ -26,16 +26,16 @@ class PlantSettings:
     Attributes
     ----------
     height : float
-        Metres over its own floor at which a foot that does not move is no longer near it.
+        Meters over its own floor at which a foot that does not move is no longer near it.
     speed, share : float
-        Metres a second at which a foot on its floor no longer stands, and what each metre a second
+        Meters a second at which a foot on its floor no longer stands, and what each meter a second
         of the body adds to that: the feet of a generated runner slide with the body, but far slower
         than they swing.
     least, most : float
         A foot whose height and speed, in these units, add up to less than `least` stands; the
         better one of two stands up to `most`, as somebody has to.
     low : float
-        Metres over its own floor up to which the better foot has to stand; higher, the person
+        Meters over its own floor up to which the better foot has to stand; higher, the person
         flies.
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are closed.
@@ -49,9 +49,9 @@ class PlantSettings:
         Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections
         leave.
     clearance, rise : float
-        Metres of air under a foot that swings, and seconds in which it gets there.
+        Meters of air under a foot that swings, and seconds in which it gets there.
     reach : float
-        Largest drop of the pelvis, metres, for a leg that is too short for its place.
+        Largest drop of the pelvis, meters, for a leg that is too short for its place.
     settled : bool
         Whether the ground is level: feet that stand come down to their own floor. Else they stand
         on steps, whose heights are found (`step_levels`).
@@ -80,9 +80,9 @@ LOW_SECONDS = 0.8
 LOW_QUANTILE = 0.05
 """Share of a clip in which a foot may be below its own floor."""
 LEAST_STEP = 0.07
-"""Metres over the ground from which a foot stands on something."""
+"""Meters over the ground from which a foot stands on something."""
 SAME_STEP = 0.045
-"""Metres between two levels that are one."""
+"""Meters between two levels that are one."""
 CLEAR_SECONDS = 0.07
 """Over which a foot that has to be higher begins to rise before, and comes down after."""
 STEP_QUANTILE = 0.02
@@ -114,7 +114,7 @@ def plant_feet(
     Parameters
     ----------
     joints : (..., T, J, 3) float
-        Metres, y up; the ground is level unless not ``settings.settled``.
+        Meters, y up; the ground is level unless not ``settings.settled``.
     skeleton : Skeleton
         Without two legs whose feet are their ends the clips are returned as they are.
     fps : float
@@ -159,7 +159,7 @@ def contacts(
     Parameters
     ----------
     feet : (2, N, T, 2, 3) float
-        Ankle and toe of both legs, metres.
+        Ankle and toe of both legs, meters.
     root : (N, T, 3) float
 
     Returns
@@ -203,7 +203,7 @@ def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
     Parameters
     ----------
     heights : (2, N, T, 2) float
-        Of ankles and toes over the ground, metres.
+        Of ankles and toes over the ground, meters.
     stands : (2, N, T) bool
 
     Returns
@@ -239,7 +239,7 @@ def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatAr
     Parameters
     ----------
     feet : (2, T, 2, 3) float
-        Ankle and toe of both legs, metres.
+        Ankle and toe of both legs, meters.
     root : (T, 3) float
     fps : float
     """

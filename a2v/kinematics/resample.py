@@ -112,7 +112,7 @@ def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
 
 
 def continuous(quats: FloatArray, axis: int = 0) -> FloatArray:
-    """Flip signs of quaternions (..., 4) so that neighbours along `axis` (time) are on the same
+    """Flip signs of quaternions (..., 4) so that neighbors along `axis` (time) are on the same
     side."""
     moved = np.moveaxis(quats, axis, 0)
     dots = (moved[1:] * moved[:-1]).sum(-1, keepdims=True)

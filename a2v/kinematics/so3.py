@@ -138,7 +138,7 @@ def rotmat_to_quat(rotmat: Array) -> Array:
 
 
 def quat_to_rotmat(quat: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), wxyz; the quaternions are normalised
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), wxyz; the quaternions are normalized
     first."""
     xp = namespace(quat)
     quat = quat / xp.sqrt(_norm_squared(quat))[..., None]

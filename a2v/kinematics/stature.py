@@ -1,5 +1,5 @@
 """The height that a person is taken to have where nothing tells it."""
 
 TYPICAL_HEIGHT = 1.7
-"""Standing height of an adult, metres: between the world's means of women (1.6) and men (1.7 to
+"""Standing height of an adult, meters: between the world's means of women (1.6) and men (1.7 to
 1.8), and `FitSettings.height` by default."""

@@ -1,7 +1,7 @@
 """Weights back out of the ONNX graphs that `a2v.tracing` made, to go on training networks of which
 nothing else is left.
 
-The export folds every batch normalisation into the convolution before it; here it comes back as one
+The export folds every batch normalization into the convolution before it; here it comes back as one
 that changes nothing (`calibrate` gives it the statistics of real activations, so that training
 starts from the same function).
 """
@@ -22,7 +22,7 @@ from a2v.errors import InputError
 _HALF = "_half"
 """Ending of the names of weights that are stored as float16."""
 _FOLDED = ".weight_bias"
-"""Ending of the name of the bias that a convolution got from the normalisation behind it."""
+"""Ending of the name of the bias that a convolution got from the normalization behind it."""
 
 
 def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict[str, np.ndarray]:
@@ -90,7 +90,7 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
     weights = dict(weights)
     for name, module in network.named_modules():
         if isinstance(module, nn.BatchNorm2d):
-            # of each block: convolution, normalisation, activation
+            # of each block: convolution, normalization, activation
             before = f"{name.rpartition('.')[0]}.0"
             ones = np.ones(module.num_features, np.float32)
             weights |= {
@@ -113,7 +113,7 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
 
 @torch.no_grad()
 def calibrate(network: nn.Module, batches: Iterable[Any], forward: Callable[[Any], Any]) -> None:
-    """Give normalisations that change nothing the mean and variance of what reaches them; what the
+    """Give normalizations that change nothing the mean and variance of what reaches them; what the
     network computes stays as it is.
 
     Parameters

@@ -252,7 +252,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     motion : Motion
     skeleton : Skeleton
     lengths : (J,) float
-        Bone lengths for missing ends, metres.
+        Bone lengths for missing ends, meters.
 
     Raises
     ------

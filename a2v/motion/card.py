@@ -45,7 +45,7 @@ class ModelCard:
         Name and digest (`ActionDataset.digest`, "" where unknown) of what it learned from.
     decoder : str
         "flow", or the pose decoder of a VAE.
-    licence : str
+    license : str
         Of the weights.
     held_out : tuple of str
         Subjects that it did not learn from.
@@ -63,7 +63,7 @@ class ModelCard:
     bone_lengths : (J,) float32
         Default bone lengths, native units.
     metres_per_unit : float
-        Metres of one native unit.
+        Meters of one native unit.
     native_signs : tuple of 3 floats of +1 or -1
         Sign of each native axis; see `a2v.lab.datasets.NativeFrame`.
     latent_size : int
@@ -76,7 +76,7 @@ class ModelCard:
     dataset: str
     dataset_digest: str
     decoder: str
-    licence: str
+    license: str
     held_out: tuple[str, ...]
     actions: tuple[str, ...]
     fps: float
@@ -247,7 +247,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         if "dataset_digest" in entries.entries
         else "",
         "decoder": entries.text("decoder"),
-        "licence": entries.text("licence"),
+        "license": entries.text("licence"),  # the key in files
         "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
         "actions": actions,
         "fps": entries.number("fps", low=0.1, high=1000),

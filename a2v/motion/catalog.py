@@ -15,7 +15,7 @@ from typing import Any
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
-from a2v.motion.clips import LICENCE as CLIPS_LICENCE
+from a2v.motion.clips import LICENSE as CLIPS_LICENSE
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
 from a2v.motion.model import MotionModel, plain_name
@@ -26,7 +26,7 @@ SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-
 """Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double
 speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
 
-LICENCES = ("any", "free")
+LICENSES = ("any", "free")
 """What may be used: everything that ships, or only what is free for every use."""
 
 RESEARCH: tuple[str, ...] = ("humanact12", "humanact12-fine")
@@ -72,13 +72,13 @@ class Entry:
     sources : tuple of str
         Which of `SOURCES` make it, the preferred first.
     theme : str
-    licence : str
+    license : str
     """
 
     name: str
     sources: tuple[str, ...]
     theme: str
-    licence: str
+    license: str
 
 
 @dataclass(frozen=True)
@@ -124,20 +124,20 @@ class Understanding:
 
 
 @cache
-def catalog(licence: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog:
-    """The actions of `sources` that a licence allows.
+def catalog(license: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog:
+    """The actions of `sources` that a license allows.
 
     Raises
     ------
     InputError
-        `licence` is none of `LICENCES`.
+        `license` is none of `LICENSES`.
     """
-    if licence not in LICENCES:
-        raise InputError(f"licence is '{licence}'; choose from {', '.join(LICENCES)}")
+    if license not in LICENSES:
+        raise InputError(f"license is '{license}'; choose from {', '.join(LICENSES)}")
     found: dict[str, Entry] = {}
     vocabularies = []
     for source in sources:
-        if licence == "free" and source in RESEARCH:
+        if license == "free" and source in RESEARCH:
             continue
         own, words = _clip_entries() if source == CLIPS else _model_entries(source)
         vocabularies.append(words)
@@ -167,7 +167,7 @@ def catalog(licence: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog
 
 
 def understand(
-    text: str, *, licence: str = "any", sources: Sequence[str] = SOURCES
+    text: str, *, license: str = "any", sources: Sequence[str] = SOURCES
 ) -> Understanding:
     """Words to steps of any source; where several make an action, one that makes other steps too is
     preferred.
@@ -176,7 +176,7 @@ def understand(
     ----------
     text : str
         Such as "sneak, then wave, then salsa for 2 s".
-    licence : "any" or "free"
+    license : "any" or "free"
     sources : sequence of str
         Of `SOURCES`.
 
@@ -186,7 +186,7 @@ def understand(
         A part means no action; the message names it and the five nearest. Or the prompt has no
         part, or is too long.
     """
-    known = catalog(licence, tuple(sources))
+    known = catalog(license, tuple(sources))
     steps, matches = parse_prompt(text, known.vocabulary)
     seated = _stay_seated([step.action for step in steps], known)
     steps = [
@@ -225,7 +225,7 @@ def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
 def _clip_entries() -> tuple[list[Entry], Vocabulary]:
     clips = clip_library().clips
     entries = [
-        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, licence=CLIPS_LICENCE)
+        Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, license=CLIPS_LICENSE)
         for clip in clips
     ]
     words = Vocabulary(
@@ -239,9 +239,9 @@ def _clip_entries() -> tuple[list[Entry], Vocabulary]:
 def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
     card = MotionModel.load(source).card
     words = Vocabulary.of(card)
-    licence = "research only" if source in RESEARCH else "free"
+    license = "research only" if source in RESEARCH else "free"
     return [
-        Entry(name=name, sources=(source,), theme=_theme(card, words, name), licence=licence)
+        Entry(name=name, sources=(source,), theme=_theme(card, words, name), license=license)
         for name in card.actions
     ], words
 

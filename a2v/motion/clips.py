@@ -33,9 +33,9 @@ SOURCE = "clips"
 TABLE = Path(__file__).with_name("clips.csv")
 LIBRARY = WEIGHTS / "clips.npz"
 STEP = 2e-4
-"""Metres that a unit of the file stands for."""
+"""Meters that a unit of the file stands for."""
 
-LICENCE = "CC0-1.0"
+LICENSE = "CC0-1.0"
 AUTHORS = {30.0: "Quaternius, Universal Animation Library", 24.0: "Mesh2Motion"}
 OWN = "own-"
 """How files of our own gestures begin (``scripts/gestures.py``)."""
@@ -54,7 +54,7 @@ WARP = 0.03
 AMPLITUDE = (0.85, 1.15)
 """Likewise: how far trunk, head and arms move from their mean pose, over how far they are keyed."""
 HANDS_FREE = 0.3
-"""Metres over the ground that hands must keep for the upper body to vary: others lean on it."""
+"""Meters over the ground that hands must keep for the upper body to vary: others lean on it."""
 SEAM_SECONDS = 0.15
 """Over which the end of a clip that is repeated is brought to its beginning."""
 
@@ -81,7 +81,7 @@ class Clip:
         What else it may be called.
     fps : float
     pace : float
-        Metres a second ahead.
+        Meters a second ahead.
     """
 
     name: str
@@ -138,7 +138,7 @@ class ClipLibrary:
 
     @property
     def lengths(self) -> FloatArray:
-        """Bone lengths (J,), metres; the same in all clips."""
+        """Bone lengths (J,), meters; the same in all clips."""
         return np.asarray(np.linalg.norm(self.rest_offsets, axis=-1))
 
 
@@ -192,7 +192,7 @@ def play_clip(
     Returns
     -------
     Motion
-        Metres, y up, ahead along +z, with joints of fingers and ``head_front``.
+        Meters, y up, ahead along +z, with joints of fingers and ``head_front``.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def play_clip(
         provenance={
             "clip": clip.file,
             "author": clip.author,
-            "licence": LICENCE,
+            "license": LICENSE,
             "model_digest": file_digest(LIBRARY),
             "seed": seed,
             "told": [True],

@@ -27,11 +27,11 @@ from a2v.types import Motion
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
 MIN_PACE = 0.05
-"""Metres a second along a path: slower is standing."""
+"""Meters a second along a path: slower is standing."""
 MAX_PACE = 20.0
-"""Metres a second along a path: nobody runs faster."""
+"""Meters a second along a path: nobody runs faster."""
 SLIDES_ALONG = 0.5
-"""Metres a second that a standing foot may slide for each of the body's, before it is held: feet of
+"""Meters a second that a standing foot may slide for each of the body's, before it is held: feet of
 people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4
 """Over which a clip goes from the ground to the height of a pose that is given, and back."""
@@ -224,7 +224,7 @@ def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, fl
 
 
 def natural_speed(model: MotionModel, action: str) -> float:
-    """Metres a second that the model's own clips of an action travel."""
+    """Meters a second that the model's own clips of an action travel."""
     sampler = model.sampler
     share = sampler.active_share(model.label(action)) if isinstance(sampler, WindowSampler) else 1.0
     frames = max(4, round(0.8 * share * model.card.frames))  # before clips end and stand

@@ -20,9 +20,9 @@ class Keyframe:
     to_end : bool
         Whether `time` is counted from the last frame back.
     joints : (J, 3) float or None
-        A pose of the model's skeleton, in its place, metres, y up, the ground at 0.
+        A pose of the model's skeleton, in its place, meters, y up, the ground at 0.
     at : (x, z) or None
-        Where the root shall be, metres, where there is no pose.
+        Where the root shall be, meters, where there is no pose.
     heading : float or None
         Which way the person shall face, radians about +y from +z, where there is no pose.
     """
@@ -44,7 +44,7 @@ class Hold:
     start, end : float
         Seconds from the beginning of the result.
     at : (x, y, z)
-        Metres; the ground is at 0.
+        Meters; the ground is at 0.
     body : bool
         `at` is seen from the person: to the left of the root, above it, before it.
     """
@@ -70,7 +70,7 @@ class Direction:
     ----------
     path : GroundPath or None
     pace : float or None
-        Metres a second along the path; None: as fast as the action goes by itself.
+        Meters a second along the path; None: as fast as the action goes by itself.
     heading : float or None
         Which way the person faces all along, radians about +y from +z; None: where the path leads.
     keyframes : tuple of Keyframe

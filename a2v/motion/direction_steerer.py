@@ -23,7 +23,7 @@ from a2v.motion.ways import Way
 from a2v.types import FloatArray
 
 PATH_SIGMA = 0.15
-"""How near the root shall be to the path, metres (docs/results/motion_direction.md)."""
+"""How near the root shall be to the path, meters (docs/results/motion_direction.md)."""
 SIDE_SIGMA = 0.1
 """How near the hips' line shall be to the path's side (unit vectors)."""
 ASK_SECONDS = 0.66
@@ -31,7 +31,7 @@ ASK_SECONDS = 0.66
 POSE_SIGMA = 0.02
 """How near the directions of bones of a given pose shall be (unit vectors)."""
 PLACE_SIGMA = 0.005
-"""How near its places shall be, metres."""
+"""How near its places shall be, meters."""
 HELD_SIGMA = 0.05
 """How near what is held shall be, as `POSE_SIGMA`; `hold_limbs` does the rest."""
 HELD_SECONDS = 0.25

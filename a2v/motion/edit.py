@@ -43,7 +43,7 @@ TOE_SECONDS = 0.3
 body with each of them."""
 
 MOST_APART = 0.03
-"""Metres by which the floors of two feet may lie apart and be one ground still."""
+"""Meters by which the floors of two feet may lie apart and be one ground still."""
 
 LEAST_LOOP_SECONDS = 0.8
 """Shortest cycle that `make_loop` looks for."""
@@ -186,7 +186,7 @@ def settle(
     all for `seconds` is taken off.
 
     Models know the root's height only through the code of a whole window, so that clips rise by
-    decimetres. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
+    decimeters. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
     height, in [0, 1], the ground is at 0.
     """
     lowest = _lowest(motion)
@@ -365,7 +365,7 @@ def _closest_moments(
 
 
 def _steps(path: GroundTrajectory) -> FloatArray:
-    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (metres)
+    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (meters)
     and turn (radians)."""
     moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
     turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])

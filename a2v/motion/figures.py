@@ -17,9 +17,9 @@ NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
 1.5 m."""
 
 LEAST_RADIUS = 0.55
-"""Metres. A tighter circle makes people step sideways."""
+"""Meters. A tighter circle makes people step sideways."""
 GREATEST_RADIUS = 4.0
-"""Metres. A longer motion repeats the figure instead."""
+"""Meters. A longer motion repeats the figure instead."""
 _POINTS = 96
 _HALVINGS = 12
 
@@ -30,7 +30,7 @@ def figure_eight(radius: float, *, rounds: int = 1) -> GroundPath:
     Parameters
     ----------
     radius : float
-        Of each circle, metres.
+        Of each circle, meters.
     rounds : int
         Number of times that the whole figure is walked.
 
@@ -54,7 +54,7 @@ def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> Gro
     seconds : float
         Length of the motion. The path takes this long or, at `LEAST_RADIUS`, longer.
     pace : float
-        Metres a second on a straight line (`way_along` slows down in curves).
+        Meters a second on a straight line (`way_along` slows down in curves).
     fps : float
         Frames a second of the way.
 

@@ -149,7 +149,7 @@ def placed(pose: FloatArray, key: Keyframe, skeleton: Skeleton) -> Keyframe:
 
 def read_holds(text: str) -> list[Hold]:
     """Held joints out of "left_wrist 0.3,1.4,0.4 from 1 to 2; head body 0,0.6,0.1 from 0 to 3":
-    metres, seconds.
+    meters, seconds.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def _number(value: object, what: str) -> float:
 
 def _vector(value: object, size: int, what: str) -> list[float]:
     if not isinstance(value, list) or len(value) != size:
-        raise InputError(f"{what} is {brief(value)}; expected {size} numbers, metres")
+        raise InputError(f"{what} is {brief(value)}; expected {size} numbers, meters")
     return [_number(part, what) for part in value]
 
 

@@ -36,13 +36,13 @@ SHORTEST_SECONDS = 0.8
 FADE_SECONDS = (0.35, 1.1)
 """Of a blend: between poses that are alike, and between those that lie `FAR` apart."""
 FAR = 1.2
-"""Metres between a joint's places at the end of one action and at the beginning of the next."""
+"""Meters between a joint's places at the end of one action and at the beginning of the next."""
 LEAD = 0.6
 """Share of a blend that a clip waits for before it begins: what is blended away is not seen."""
 RELAXED = "Idle"
 """The clip whose hands people have of whose hands nothing is known."""
 SOLE = 0.012
-"""Metres that the lowest joint of a standing person is over the ground, on the clips' skeleton."""
+"""Meters that the lowest joint of a standing person is over the ground, on the clips' skeleton."""
 LEVELLED = frozenset({"humanact12", "ntu_vibe"})
 """Skeletons of data whose vertical leans with the camera (`a2v.animation.retarget`)."""
 
@@ -280,7 +280,7 @@ def _sided(skeleton: Skeleton) -> Skeleton:
 
 
 def on_clips_skeleton(motion: Motion) -> FloatArray:
-    """Joints (T, J, 3), metres, of a clip of any skeleton on that of the library: its bones, feet
+    """Joints (T, J, 3), meters, of a clip of any skeleton on that of the library: its bones, feet
     and neck as they stand there, relaxed hands."""
     library = clip_library()
     skeleton, lengths = library.skeleton, library.lengths

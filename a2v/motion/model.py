@@ -53,7 +53,7 @@ class MotionModel:
     ----------
     path : Path
     card : ModelCard
-        Actions, frame rate, skeleton, bone lengths, units, licence...
+        Actions, frame rate, skeleton, bone lengths, units, license...
     """
 
     path: Path
@@ -165,7 +165,7 @@ class MotionModel:
             as the model needs noise (once for a step model, once a window for a window model), so
             that applications can choose it.
         start : (N, P, J, 3) float or None
-            First frames of the clips, metres, y up: they are kept as they are, and what follows
+            First frames of the clips, meters, y up: they are kept as they are, and what follows
             goes on from them.
 
         fresh, skip_rest : bool
@@ -176,7 +176,7 @@ class MotionModel:
         Returns
         -------
         joints : (N, T, J, 3) float32
-            Metres, y up, the first root near the origin, or where `start` has it.
+            Meters, y up, the first root near the origin, or where `start` has it.
         rotations : (N, T, J, 3) float32
             Rotation vectors of the chain convention, radians.
 
@@ -207,7 +207,7 @@ class MotionModel:
         active: FloatArray | None = None,
         headings: FloatArray | None = None,
     ) -> FloatArray:
-        """Joints (N, T, J, 3) float32, metres, that are distributed as the data's windows, ended
+        """Joints (N, T, J, 3) float32, meters, that are distributed as the data's windows, ended
         clips that hold their last pose included.
 
         A step model learned such endings; a window model is told how long each clip moves, drawn
@@ -236,7 +236,7 @@ class MotionModel:
         )
 
     def to_native(self, joints: FloatArray) -> FloatArray:
-        """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at
+        """World joints (..., T, J, 3), meters, in the data set's own frame and unit, first root at
         the origin.
 
         This is what the papers' classifiers expect.
@@ -329,7 +329,7 @@ class MotionModel:
         Returns
         -------
         Motion
-            Metres, y up, above the origin at the first frame, lowest joint of each clip on the
+            Meters, y up, above the origin at the first frame, lowest joint of each clip on the
             ground.
 
         Raises

@@ -37,7 +37,7 @@ def retarget_edited(
     Returns
     -------
     (T, B, 4, 4) float32
-        World from bone, metres, y up; the ground is y = 0.
+        World from bone, meters, y up; the ground is y = 0.
 
     Raises
     ------

@@ -59,7 +59,7 @@ def write_motion_page(
     """Write an HTML page that samples `model`, with action, seed, length and guidance to choose.
 
     Clips are those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a
-    tenth of a millimetre.
+    tenth of a millimeter.
 
     Parameters
     ----------

@@ -146,7 +146,7 @@ def plan_motion(
     action: str = "",
     *,
     model: str = AUTO,
-    licence: str = "any",
+    license: str = "any",
     timeline: str | os.PathLike[str] | None = None,
     directed: bool = False,
 ) -> MotionPlan:
@@ -159,7 +159,7 @@ def plan_motion(
     model : str
         "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load`
         takes it.
-    licence : "any" or "free"
+    license : "any" or "free"
         "free" leaves out what is for research only.
     timeline : path or None
         A YAML file instead of `action` (`read_timeline`).
@@ -182,9 +182,9 @@ def plan_motion(
         model = DIRECTED
     if model not in (AUTO, CLIPS):
         opened = MotionModel.load(model)
-        if licence == "free" and "research" in opened.card.licence:
+        if license == "free" and "research" in opened.card.license:
             raise InputError(
-                f"model {model} is for research only; leave --licence free out, or choose another --model"
+                f"model {model} is for research only; leave --license free out, or choose another --model"
             )
         known = Vocabulary.of(opened.card)
         steps, matches = (
@@ -193,9 +193,9 @@ def plan_motion(
         return MotionPlan(tuple(steps), tuple(matches), opened)
     sources = SOURCES if model == AUTO else (CLIPS,)
     if timeline is None:
-        found = understand(action, licence=licence, sources=sources)
+        found = understand(action, license=license, sources=sources)
     else:
-        whole = catalog(licence, sources)
+        whole = catalog(license, sources)
         steps, matches = read_timeline(timeline, whole.vocabulary)
         found = Understanding(tuple(with_sources(steps, whole)), tuple(matches))
     if found.sources == (CLIPS,) or len(found.sources) > 1:

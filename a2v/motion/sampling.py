@@ -19,7 +19,7 @@ Noise = Callable[[tuple[int, ...], int], FloatArray]
 """Gives standard normal numbers (float32) of a shape, for what begins with a frame of the clips."""
 
 RESULTS = ("joints", "rotations")
-"""Outputs of every graph: metres, and rotation vectors, (N, T, J, 3) each."""
+"""Outputs of every graph: meters, and rotation vectors, (N, T, J, 3) each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class ClipRequest:
         Bone lengths, native units.
     noise : Noise
     start : (N, P, J, 3) float32 or None
-        Frames that are given, metres; they are the first of the T.
+        Frames that are given, meters; they are the first of the T.
     fresh : bool
         Where the action changes, a window model begins the next one by itself and fades into it,
         instead of continuing the last frames.
@@ -80,7 +80,7 @@ class WindowRequest:
 
 
 class Sampler(Protocol):
-    """A way in which an exported graph makes clips. Joints are metres; both results are (N, T, J,
+    """A way in which an exported graph makes clips. Joints are meters; both results are (N, T, J,
     3) float32."""
 
     @property

@@ -1,9 +1,9 @@
 """Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
 All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are
-not normalised anew: C x = b. On its way the flow heads for a code; what that code misses of the
+not normalized anew: C x = b. On its way the flow heads for a code; what that code misses of the
 constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the flow
-settles the rest around it. What normalisation moves is measured in the result and given back to the
+settles the rest around it. What normalization moves is measured in the result and given back to the
 goal.
 """
 
@@ -31,7 +31,7 @@ class CodeReader:
     mean : (N,) float32
     skeleton : Skeleton
     lengths : (J,) float
-        Bone lengths, metres.
+        Bone lengths, meters.
     metres_per_unit : float
     frames : int
     """
@@ -45,7 +45,7 @@ class CodeReader:
 
     def root(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3),
-        metres, in the window's own axes.
+        meters, in the window's own axes.
 
         `frames` may lie between two, here and below.
         """
@@ -62,7 +62,7 @@ class CodeReader:
 
     def joints(self, frames: FloatArray, joints: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Places of `joints` (K,) against the root at the same `frames`: rows (F, K, 3, D) and
-        offsets (F, K, 3), metres."""
+        offsets (F, K, 3), meters."""
         levers = self.skeleton.path_matrix[list(joints), 1:] * self.lengths[1:]
         rows, offsets = self.directions(frames)
         return np.einsum("kb,fbxd->fkxd", levers, rows), np.einsum("kb,fbx->fkx", levers, offsets)
@@ -164,7 +164,7 @@ class Steerer(Protocol):
     """What steers the windows of one clip, one after the other."""
 
     start: tuple[FloatArray, float]
-    """Where the first root is (3,), metres, and which way the person faces, radians about +y from
+    """Where the first root is (3,), meters, and which way the person faces, radians about +y from
     +z."""
 
     def begin(self, joints: FloatArray) -> FloatArray:

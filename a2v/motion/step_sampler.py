@@ -38,7 +38,7 @@ class StepSampler:
     def run(
         self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Joints (metres, the first root near the origin) and rotations (N, T, J, 3) float32.
+        """Joints (meters, the first root near the origin) and rotations (N, T, J, 3) float32.
 
         Parameters
         ----------

@@ -15,7 +15,7 @@ LONGEST = 1.25
 """Most that steps are lengthened by: legs have an end."""
 
 WALKS = 0.4
-"""Metres a second from which on a body travels, by twice as much surely."""
+"""Meters a second from which on a body travels, by twice as much surely."""
 
 AROUND_SECONDS = 0.25
 """Over which a body's way is looked at (standard deviation)."""

@@ -25,10 +25,10 @@ MAX_METRES = 2000.0
 origin, too."""
 
 SVG_METRES = 0.01
-"""Metres of a unit of a drawing."""
+"""Meters of a unit of a drawing."""
 
 ROUNDING = 0.12
-"""Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7
+"""Standard deviation, meters along the path, of what rounds its corners: a right angle is cut by 7
 cm."""
 
 SIDEWAYS = 1.8
@@ -50,7 +50,7 @@ class GroundPath:
     Attributes
     ----------
     points : (N, 2) float
-        x and z, metres; at least two, each different from the one before.
+        x and z, meters; at least two, each different from the one before.
     """
 
     points: FloatArray
@@ -64,7 +64,7 @@ class GroundPath:
             or not np.isfinite(points).all()
         ):
             raise InputError(
-                f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, metres"
+                f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, meters"
             )
         if np.abs(points).max() > MAX_METRES:
             raise InputError(
@@ -81,13 +81,13 @@ class GroundPath:
 
     @property
     def lengths(self) -> FloatArray:
-        """Way from the first point to each (N,), metres."""
+        """Way from the first point to each (N,), meters."""
         return np.concatenate(
             [[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))]
         )
 
     def at(self, way: FloatArray) -> FloatArray:
-        """Points (..., 2) after a `way` (...), metres; beyond the ends straight on."""
+        """Points (..., 2) after a `way` (...), meters; beyond the ends straight on."""
         lengths, points = self.lengths, np.asarray(self.points, np.float64)
         way = np.asarray(way, np.float64)
         inside = np.stack([np.interp(way, lengths, points[:, axis]) for axis in (0, 1)], axis=-1)
@@ -109,7 +109,7 @@ class Way:
     Attributes
     ----------
     points : (T, 2) float
-        x and z, metres, frame by frame.
+        x and z, meters, frame by frame.
     heading : (T,) float
         Where the way leads, radians about +y from +z, without jumps of a full turn.
     """
@@ -119,7 +119,7 @@ class Way:
 
 
 def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
-    """The way along a path at `pace`, metres a second: corners are rounded, and taken slowly.
+    """The way along a path at `pace`, meters a second: corners are rounded, and taken slowly.
 
     It ends with the path.
     """
@@ -149,11 +149,11 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
 
 
 def read_path(text: str) -> GroundPath:
-    """A path out of points "x,z x,z ...", metres, or out of a file.
+    """A path out of points "x,z x,z ...", meters, or out of a file.
 
     ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``:
     the first line, polygon, circle or path that is drawn, seen from above, a unit being a
-    centimetre, with its first point at the origin.
+    centimeter, with its first point at the origin.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def _points(rows: Sequence[str]) -> FloatArray:
     points = [_numbers(row) for row in rows]
     if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
         raise InputError(
-            f"'{brief(odd[0])}' is no point of a path; expected x,z in metres, such as \"0,0 0,3 3,3\", or a .csv, .yaml or .svg file"
+            f"'{brief(odd[0])}' is no point of a path; expected x,z in meters, such as \"0,0 0,3 3,3\", or a .csv, .yaml or .svg file"
         )
     return np.array(points, np.float64).reshape(-1, 2)
 
@@ -190,7 +190,7 @@ def _read_csv(source: str) -> GroundPath:
 
 def _read_yaml(source: str) -> GroundPath:
     data = read_bytes(source, limit=MAX_BYTES)
-    expected = "a YAML list of points [x, z], metres"
+    expected = "a YAML list of points [x, z], meters"
     content = parse_yaml(data, source, "path", expected)
     with reading(source, "path", expected):
         points = np.array(content, np.float64)

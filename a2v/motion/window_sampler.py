@@ -162,7 +162,7 @@ class WindowSampler:
         context: FloatArray | None = None,
         steering: Steering | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """One window: joints (metres, first root at the origin) and rotations (N, W, J, 3) float32.
+        """One window: joints (meters, first root at the origin) and rotations (N, W, J, 3) float32.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class WindowSampler:
         lengths : (N, J) float
             Native units.
         context : (N, P, J, 3) float or None
-            Frames that the window repeats at its start and goes on from, metres.
+            Frames that the window repeats at its start and goes on from, meters.
         steering : Steering or None
             Constraints for all of the windows.
         """

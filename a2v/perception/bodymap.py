@@ -28,7 +28,7 @@ PICTURE = 256
 """Side of the square that the network sees, pixels."""
 FILL = 0.8
 """Longer side of the person's box in that square."""
-GREY = 0.627
+GRAY = 0.627
 """What is behind the person: crowds and buses are not what the network has learned from."""
 _HALF_SURE = 0.02
 """Expected error of a landmark in the picture at which it counts half, relative to the height."""
@@ -115,7 +115,7 @@ def mended(
     keypoints : (33, 3)
         u, v in pixels, confidence.
     keypoints_3d : (33, 3)
-        Metres; NaN where unknown.
+        Meters; NaN where unknown.
     found : BodyMap
         Of the same picture.
     keep : bool
@@ -125,7 +125,7 @@ def mended(
     -------
     keypoints : (33, 3) float32
     keypoints_3d : (33, 3) float32
-        Metres from the middle of the hips, y up, of a person of `TYPICAL_HEIGHT`.
+        Meters from the middle of the hips, y up, of a person of `TYPICAL_HEIGHT`.
     """
     height = height_in_pixels(found.landmarks)
     seen = keypoints[:, 2].astype(np.float64)
@@ -177,7 +177,7 @@ def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatA
 
 def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float) -> FloatArray:
     """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1] of the person
-    before grey, and the mask."""
+    before gray, and the mask."""
     import cv2
 
     zoom = PICTURE / side
@@ -190,7 +190,7 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
             for picture in (image, cover)
         )
     across, down = image.shape[1] / small.shape[1], image.shape[0] / small.shape[0]
-    # centres of pixels lie half a pixel in
+    # centers of pixels lie half a pixel in
     start = middle - side / 2
     move = np.array(
         [
@@ -205,13 +205,13 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
         np.float32
     )
     picture = np.concatenate(
-        [before_grey(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1
+        [before_gray(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1
     )
     return np.ascontiguousarray(picture.transpose(2, 0, 1))
 
 
-def before_grey(
-    picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, grey: float | FloatArray = GREY
+def before_gray(
+    picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, gray: float | FloatArray = GRAY
 ) -> FloatArray:
     """A picture (H, W, 3) float32 of the person alone.
 
@@ -222,13 +222,13 @@ def before_grey(
     mask : (H, W) float32
     softness : float
         Standard deviation of the mask's blur, pixels.
-    grey : float or (3,)
+    gray : float or (3,)
         What is behind.
     """
     import cv2
 
     opacity = cv2.GaussianBlur(mask, (0, 0), softness)[..., None]
-    return np.asarray(opacity * picture + (1 - opacity) * grey, np.float32)
+    return np.asarray(opacity * picture + (1 - opacity) * gray, np.float32)
 
 
 def _in_pixels(

@@ -266,7 +266,7 @@ def correct_landmarks(
     points : (33, 3)
         u, v in pixels, confidence.
     points_3d : (33, 3)
-        Metres, y up, +z towards the camera; NaN where unknown.
+        Meters, y up, +z towards the camera; NaN where unknown.
 
     Returns
     -------

@@ -34,10 +34,10 @@ class DepthCorrection(Record):
     Attributes
     ----------
     mean, scale : (198,) float32
-        Of the features: they are standardised.
+        Of the features: they are standardized.
     weights : (198, 33) float32
     offset : (33,) float32
-        Metres: what is added to the detector's depths is ``standardised features @ weights +
+        Meters: what is added to the detector's depths is ``standardized features @ weights +
         offset``.
     """
 
@@ -60,15 +60,15 @@ def load_depth_correction() -> DepthCorrection:
 
 
 def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[FloatArray, float]:
-    """The keypoints in the plane of the picture in the detector's metres, from the middle of the
-    hips (33, 2), y up, and pixels a metre.
+    """The keypoints in the plane of the picture in the detector's meters, from the middle of the
+    hips (33, 2), y up, and pixels a meter.
 
     Parameters
     ----------
     keypoints : (33, 3)
         u, v in pixels, confidence.
     keypoints_3d : (33, 3)
-        Metres, y up.
+        Meters, y up.
     """
     pixels = keypoints[:, :2] * np.array([1.0, -1.0])
     scale = best_scale(
@@ -95,7 +95,7 @@ def put_upright(
     """3D keypoints (33, 3) float32 in the frame of an upright orthographic camera, as
     `a2v.types.Subject` has them.
 
-    x and y are those of the picture, z is corrected; metres from the middle of the hips. Unknown
+    x and y are those of the picture, z is corrected; meters from the middle of the hips. Unknown
     (NaN) ones, and ones that do not agree with the picture at all, stay as they are.
 
     Parameters
@@ -103,7 +103,7 @@ def put_upright(
     keypoints : (33, 3)
         u, v in pixels, confidence.
     keypoints_3d : (33, 3)
-        The detector's, metres, y up, +z towards the camera.
+        The detector's, meters, y up, +z towards the camera.
     correction : DepthCorrection, optional
         Default: `load_depth_correction`.
     """

@@ -34,7 +34,7 @@ class Detection:
     keypoints : (33, 3) float32
         u, v in pixels of the picture, confidence in [0, 1].
     keypoints_3d : (33, 3) float32
-        Metres, relative to the middle of the hips, y up, +z towards the camera.
+        Meters, relative to the middle of the hips, y up, +z towards the camera.
     mask : (H, W) float32
         Probability of the person, resolution of the picture.
     """
@@ -70,7 +70,7 @@ class Detection:
         keypoints = self.keypoints.copy()
         keypoints[:, :2] = keypoints[:, :2] * scale + np.asarray(offset, np.float32)
         placed = np.zeros((size[1], size[0]), np.float32)
-        # warpAffine counts from the centre of the first pixel, we from its corner
+        # warpAffine counts from the center of the first pixel, we from its corner
         shift = np.asarray(offset) + (scale - 1) / 2
         matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float64)
         cv2.warpAffine(self.mask, matrix, size, dst=placed, flags=cv2.INTER_LINEAR)
@@ -136,7 +136,7 @@ def cut_square(
     scale = pixels / (2 * half)
     shift = (
         pixels / 2 - scale * middle + (scale - 1) / 2
-    )  # warpAffine counts from the centre of the first pixel
+    )  # warpAffine counts from the center of the first pixel
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
     flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     return np.asarray(

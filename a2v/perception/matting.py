@@ -21,7 +21,7 @@ def refine_mask(
 
     GrabCut (Rother et al. 2004) moves the contour to the image's edges within a band around the
     rough one; closed-form matting (Levin et al. 2008) then finds the opacities in a narrow band
-    around the new contour. Where the colours on both sides are alike (black trousers before black)
+    around the new contour. Where the colors on both sides are alike (black trousers before black)
     GrabCut has nothing to go by, and its change is taken back.
 
     Parameters
@@ -83,7 +83,7 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
 def _contrast(
     image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, radius: float
 ) -> FloatArray:
-    """Difference of the mean colours (CIELAB units) just inside and just outside of the contour,
+    """Difference of the mean colors (CIELAB units) just inside and just outside of the contour,
     near every pixel."""
     import cv2
 
@@ -131,7 +131,7 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     ).tocsr()[free]
     system = laplacian[:, free].tocsc()
     right_side = -laplacian[:, ~free] @ known_alpha[~free]
-    # a faint pull to the cut keeps the system regular where a window is all of one colour
+    # a faint pull to the cut keeps the system regular where a window is all of one color
     weight = 1e-4
     system.setdiag(system.diagonal() + weight)
     right_side = right_side + weight * known_alpha[free]

@@ -67,7 +67,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
         return photo.copy()
     if hole.mean() > 0.9:
         raise InputError(
-            "the person covers more than nine tenths of the photo, so its background is unknown; choose a colour or the stage"
+            "the person covers more than nine tenths of the photo, so its background is unknown; choose a color or the stage"
         )
     hole |= shadow_around(photo, hole)
     colors, missing = _small(photo, hole, SIDE)

@@ -25,7 +25,7 @@ _ROBUST = 2
 _EVEN = 1.0
 """Errors of a difference below this count by their squares, CIELAB."""
 _LOOSE = 1e-6
-"""Weight of the colours before, so that the system has one solution."""
+"""Weight of the colors before, so that the system has one solution."""
 _GRAIN = 2.5
 """Standard deviation of the smoothing below which detail is grain, pixels."""
 _LEAST = 32
@@ -196,7 +196,7 @@ def _level(
 
 
 def _match(picture, allowed, targets, place, cost, limits, seed):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Two passes over `targets`: each takes a neighbour's example, or one drawn around its own, if
+    """Two passes over `targets`: each takes a neighbor's example, or one drawn around its own, if
     that is more alike. Plain loops: compiled by numba.
 
     `limits` are the largest shifts of the three channels, and the cost of a row of distance
@@ -298,8 +298,8 @@ def _integrated(
     """The picture (H, W, 3) whose hole has these differences to the right and below, and goes over
     into what is known.
 
-    The sum of the differences' errors is minimised, not of their squares (reweighted in `rounds`):
-    where a piece does not meet the rim there is an edge, and its colour does not spread over the
+    The sum of the differences' errors is minimized, not of their squares (reweighted in `rounds`):
+    where a piece does not meet the rim there is an edge, and its color does not spread over the
     hole.
     """
     number = np.full(hole.shape, -1)
@@ -338,10 +338,10 @@ def _solved(
     trusted: FloatArray,
     start: FloatArray,
 ) -> FloatArray:
-    """Colours (n, 3) of the hole's pixels by weighted least squares.
+    """Colors (n, 3) of the hole's pixels by weighted least squares.
 
     `pairs` are the pixels (m, 2) of each difference, `numbers` (m,) theirs within the hole or -1,
-    `step` (m, 3) the difference `trusted` (m,) its weight, and `start` (n, 3) the colours where
+    `step` (m, 3) the difference `trusted` (m,) its weight, and `start` (n, 3) the colors where
     nothing else is known.
     """
     from scipy.sparse import coo_matrix

@@ -27,7 +27,7 @@ _EXIF = 0x8769
 _FOCAL_35 = 0xA405
 """Its tag FocalLengthIn35mmFilm."""
 _FOCAL = (8.0, 1200.0)
-"""Focal lengths that there are, millimetres."""
+"""Focal lengths that there are, millimeters."""
 
 _FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
 """Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old
@@ -37,7 +37,7 @@ Pillows have no AVIF."""
 def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     """Decode an encoded photo to upright 8-bit sRGB.
 
-    Grey, palette, CMYK, 16-bit and float images are converted; an embedded colour profile is
+    Gray, palette, CMYK, 16-bit and float images are converted; an embedded color profile is
     applied; EXIF orientation is applied; of an animation the first frame is taken.
 
     Parameters
@@ -64,7 +64,7 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 
 
 def focal_length(data: bytes) -> float | None:
-    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimetres; None
+    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimeters; None
     where they tell none that can be."""
     from PIL import Image
 
@@ -176,7 +176,7 @@ def _to_bytes(image: PillowImage) -> ByteArray:
             top = 1.0 if values.max(initial=0) <= 1 else 255.0 if values.max() <= 255 else 65535.0
         else:
             top = _depth(values.max(initial=0)) if image.mode == "I" else 65535.0
-        grey = (np.clip(values / np.float32(top), 0, 1) * 255 + 0.5).astype(np.uint8)
-        return np.repeat(grey[..., None], 3, axis=2)
+        gray = (np.clip(values / np.float32(top), 0, 1) * 255 + 0.5).astype(np.uint8)
+        return np.repeat(gray[..., None], 3, axis=2)
     alpha = image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info
     return np.asarray(image.convert("RGBA" if alpha else "RGB"))

@@ -1,8 +1,8 @@
-"""From the person in the photo to a closed, coloured surface.
+"""From the person in the photo to a closed, colored surface.
 
 Backends give the same `a2v.types.Surface`: `body_prior_surface` pushes a fitted body out to the
 silhouette. `extract_surface` makes a closed mesh from any signed distance field. `color_surface`
-colours any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhere. Heavy
+colors any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhere. Heavy
 packages are imported when first used.
 """
 

@@ -32,10 +32,10 @@ class Atlas:
     size : int
         Width and height of the texture, texels.
     face : (size, size) int32
-        Face under each texel's centre, -1 where none; row 0 is the top.
+        Face under each texel's center, -1 where none; row 0 is the top.
     barycentric : (size, size, 3) float32
     density : float
-        Texels per metre on the front.
+        Texels per meter on the front.
     """
 
     uv: FloatArray
@@ -48,7 +48,7 @@ class Atlas:
 def make_atlas(
     vertices: FloatArray, faces: IntArray, *, size: int, density: float, padding: int = 4
 ) -> Atlas:
-    """Lay out `faces` in a square texture of `size` texels, at most `density` texels per metre on
+    """Lay out `faces` in a square texture of `size` texels, at most `density` texels per meter on
     the front."""
     vertices = np.asarray(vertices, np.float64)
     corners = vertices[faces]
@@ -112,8 +112,8 @@ def face_neighbors(faces: IntArray) -> IntArray:
 
 
 def _directions(normals: FloatArray, neighbors: IntArray) -> IntArray:
-    """The axis each face is seen along: the steepest one, the front favoured, single faces voted
-    down by their neighbours."""
+    """The axis each face is seen along: the steepest one, the front favored, single faces voted
+    down by their neighbors."""
     score = normals @ _AXES.T
     score[:, 0] += np.where(score[:, 0] > 0.2, 0.35, 0.0)
     score[:, 1] += 0.15

@@ -1,4 +1,4 @@
-"""The texture of a person: the photo where it is trusted, the colours of the vertices elsewhere."""
+"""The texture of a person: the photo where it is trusted, the colors of the vertices elsewhere."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def bake(
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colours
+    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colors
     of the mesh elsewhere.
 
     Of several photos each place takes the one that is trusted most there (`mixed`).
@@ -102,10 +102,10 @@ def bake(
 
 
 def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
-    """Which texels (size, size) of a texture have colours, after slivers between texels' centres
+    """Which texels (size, size) of a texture have colors, after slivers between texels' centers
     have theirs, of the faces' `corners` (F, 3, 3).
 
-    They would read whatever lies near: each gets a spot of its own colour in the padding.
+    They would read whatever lies near: each gets a spot of its own color in the padding.
     """
     filled = np.asarray(atlas.face >= 0)
     missed = np.setdiff1d(np.arange(len(corners)), atlas.face[filled])

@@ -20,14 +20,14 @@ _SOFT = 0.08
 
 @dataclass(frozen=True, eq=False)
 class Borders:
-    """Shares and colours of each stuff on the vertices.
+    """Shares and colors of each stuff on the vertices.
 
     Attributes
     ----------
     shares : (V, K) float32
         Smooth; the largest one of a place is its stuff.
     of_stuff : (K, V, 3) float32
-        Colours of each stuff, carried on beyond its border.
+        Colors of each stuff, carried on beyond its border.
     """
 
     shares: FloatArray
@@ -55,7 +55,7 @@ class Borders:
         return cls(shares.astype(np.float32), np.stack(carried).astype(np.float32))
 
     def colors(self, corner: IntArray, weight: FloatArray) -> FloatArray:
-        """Colours (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3,
+        """Colors (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3,
         1)."""
         share = within(self.shares, corner, weight)
         first = share.max(axis=1, keepdims=True)

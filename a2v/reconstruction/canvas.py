@@ -1,4 +1,4 @@
-"""Where a character's colours are laid: its texture layout, its vertices apart from each other, and
+"""Where a character's colors are laid: its texture layout, its vertices apart from each other, and
 which pixels of the photo are of which part."""
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from a2v.types import (
 )
 
 _MARGIN = 0.01
-"""Pixels up to so far, metres, from another part's are not trusted, ..."""
+"""Pixels up to so far, meters, from another part's are not trusted, ..."""
 _FADE = 0.006
 """... and within so much more they fade in."""
 _SURE = 0.12
@@ -35,14 +35,14 @@ _SURE = 0.12
 _MIXED = 0.7
 """A pixel of the body map is of another part where at least this share of what is around it is."""
 _DOUBTFUL = 0.07
-"""Up to so far from another part a pixel's colour is looked at, metres."""
+"""Up to so far from another part a pixel's color is looked at, meters."""
 _DEEP = 0.02
-"""What is deeper in a part tells its colours, metres."""
+"""What is deeper in a part tells its colors, meters."""
 _MOVING = ("hand", "lower_arm", "shin", "foot")
 """Parts that lie before others, or others before them, in poses of which the fit is a little
 off."""
 _ALIKE = 9.0
-"""Colours within so many CIELAB units are alike."""
+"""Colors within so many CIELAB units are alike."""
 _TELLS = 2.0
 """A pixel is another part's if the share of that part's pixels that are like it is so many times
 the share of its own part's."""
@@ -55,19 +55,19 @@ _LEAST = 30
 _CLOTH = 0.4
 """Cloth of which a larger share looks like skin is not told from it."""
 _HEM = 0.1
-"""Up to so far from cloth that hangs before legs, metres, it may hang otherwise in the photo."""
+"""Up to so far from cloth that hangs before legs, meters, it may hang otherwise in the photo."""
 STEP = 2
 """Pixels of the photo a side that share an answer."""
 
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """What the colours of a canonical person are laid on.
+    """What the colors of a canonical person are laid on.
 
     Attributes
     ----------
     rest : (V, 3) float64
-        Vertices at rest, metres: neighbours are found there.
+        Vertices at rest, meters: neighbors are found there.
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     twin : (V,) int
@@ -76,7 +76,7 @@ class Canvas:
     agreement : (P, H / step, W / step) uint8
         For each part how far, 0 to 255, the photo's pixels are its own.
     hands : (3,), optional
-        Colour of hands that are not seen, sRGB in [0, 1]; None where nobody knows, or they wear
+        Color of hands that are not seen, sRGB in [0, 1]; None where nobody knows, or they wear
         gloves.
     loose : (V,) bool, optional
         Vertices of cloth that is no skin's: a skirt.
@@ -147,7 +147,7 @@ class Clues:
         return self.skin if own is None else np.asarray(own & self.skin)
 
     def tone(self, image: ByteArray) -> FloatArray | None:
-        """Colour (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of all skin;
+        """Color (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of all skin;
         None where nobody knows."""
         import cv2
 
@@ -193,7 +193,7 @@ def part_agreement(
     """For each part how far (P, h, w) the photo's pixels are its own.
 
     Neither the posed character nor the body map shows another part there, nor next to it; around
-    such borders, where the fit may be off, the pixel's colour is not that of the other part; and
+    such borders, where the fit may be off, the pixel's color is not that of the other part; and
     the `clues` do not speak against it.
     """
     import cv2
@@ -242,7 +242,7 @@ def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: 
     """Around the hem of cloth that is seen `hanging` (h, w), legs take what is `skin` (h, w) alone,
     and the cloth what is none: as it hung in the photo, it hangs no more.
 
-    `agreement` (P, h, w) is changed; `scale` is pixels per metre.
+    `agreement` (P, h, w) is changed; `scale` is pixels per meter.
     """
     import cv2
 

@@ -1,4 +1,4 @@
-"""Colours of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one
+"""Colors of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one
 texture."""
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from a2v.types import (
 )
 
 RIM = (0.015, 0.035)
-"""Up to the first distance, metres, from what the photo shows well its colours go on, from the
+"""Up to the first distance, meters, from what the photo shows well its colors go on, from the
 second on those of a given prior hold."""
 _TONED = 15
 """At least so many vertices tell the tone of skin or hair."""
@@ -52,25 +52,25 @@ it shows."""
 
 @dataclass(frozen=True)
 class ColorSettings:
-    """How the surface is coloured.
+    """How the surface is colored.
 
     Attributes
     ----------
     lambda_nn : float
-        Weight of the neighbours in Eq. 14.
+        Weight of the neighbors in Eq. 14.
     neighbors : int
-        Neighbours of a vertex in Eq. 14 (the paper's 10).
+        Neighbors of a vertex in Eq. 14 (the paper's 10).
     tolerance : float
         Relative residual at which Eq. 14 counts as solved.
     band : float
-        Width of the transition band behind the silhouette, metres: second term of Eq. 14 only.
+        Width of the transition band behind the silhouette, meters: second term of Eq. 14 only.
     texture : int
-        Width and height of the texture, texels; 0 for vertex colours alone.
+        Width and height of the texture, texels; 0 for vertex colors alone.
     synthesis : bool
         Continue what the photo shows of cloth, hair and skin over the unseen side
         (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
     delight : bool
-        Take the photo's shading out of its colours (`a2v.reconstruction.shading`), so that they can
+        Take the photo's shading out of its colors (`a2v.reconstruction.shading`), so that they can
         be lit again.
     """
 
@@ -92,7 +92,7 @@ class ColorSettings:
         if self.texture and not 256 <= self.texture <= 4096:
             raise InputError(f"texture is {self.texture}; expected 0, or 256 to 4096 texels")
         if not 0 <= self.band <= 0.2:
-            raise InputError(f"band is {self.band}; expected 0 to 0.2 metres")
+            raise InputError(f"band is {self.band}; expected 0 to 0.2 meters")
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class ColorEvidence:
     Attributes
     ----------
     prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network predicts. Default:
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colors that a network predicts. Default:
         the front mirrored, hair on the back of the head.
     spots : Spots, optional
         Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the
@@ -133,7 +133,7 @@ class _Shown:
     main : (V,) bool
         Those of them that the main photo shows well.
     mouth : (V,) bool
-        The mouth from within, which has given colours: it tells nothing of the cheeks before it.
+        The mouth from within, which has given colors: it tells nothing of the cheeks before it.
     """
 
     trust: FloatArray
@@ -151,7 +151,7 @@ def color_surface(
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
-    """Colour `surface` from the photo (Sec. 4.2.1 and Eq. 14 of the journal paper).
+    """Color `surface` from the photo (Sec. 4.2.1 and Eq. 14 of the journal paper).
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def color_surface(
         )
     photo.known = known
     report(1, 4)
-    beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colours
+    beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colors
     atlas = (
         beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture)
         if settings.texture
@@ -303,14 +303,14 @@ def _expected(
     prior: FloatArray | None,
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one
+    """Colors (V, 3) that the unseen side may have, and how far, meters, each vertex is from one
     that is `known` (V,)."""
     expected = mirrored_prior(
         mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
     )
     reach, nearest = _nearest_known(mesh.vertices, known)
     if prior is not None:
-        # around the rim the photo knows better than any network: its colour there, or next to there
+        # around the rim the photo knows better than any network: its color there, or next to there
         close = np.where(
             (photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None],
             mesh.colors,
@@ -323,7 +323,7 @@ def _expected(
 def _continued(
     photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray
 ) -> Continuation:
-    """What the photo shows, continued over the unseen side; the mesh has the photo's colours where
+    """What the photo shows, continued over the unseen side; the mesh has the photo's colors where
     they are known, and expected ones elsewhere."""
     pixels, known = photo.camera.project(mesh.vertices), shown.known
     face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
@@ -358,7 +358,7 @@ def _report(
 
 
 def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
-    """Distance (V,), metres, to the nearest vertex that is `known` (V,), and its number (V,)."""
+    """Distance (V,), meters, to the nearest vertex that is `known` (V,), and its number (V,)."""
     from scipy.spatial import cKDTree
 
     reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
@@ -391,7 +391,7 @@ def _given_or_close(
 ) -> FloatArray:
     """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
 
-    Towards what the photo shows well, `reach` (V,) metres away, it fades into the photo's colours
+    Towards what the photo shows well, `reach` (V,) meters away, it fades into the photo's colors
     `close` (V, 3); see `RIM`.
     """
     given = np.isfinite(prior).all(axis=1)
@@ -402,10 +402,10 @@ def _given_or_close(
 def _even_tones(
     base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
 ) -> FloatArray:
-    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
+    """Colors (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
     the photo shows: what a network expects there is often of another.
 
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colours. Of
+    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. Of
     skin it is the lighter half's: the other lies in the shadow of hair and chin.
     """
     from skimage.color import lab2rgb, rgb2lab
@@ -444,7 +444,7 @@ def _atlas(
 def without_strangers(
     expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
 ) -> FloatArray:
-    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it
+    """Expected colors (V, 3) where the photo's pixel is another part's: the median of what it
     shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides
     it."""
     from scipy.spatial import cKDTree

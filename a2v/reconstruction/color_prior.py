@@ -14,10 +14,10 @@ from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
 
 
 def clean_colors(subject: Subject) -> FloatArray:
-    """The person's own colours (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no
+    """The person's own colors (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no
     background bleeds in.
 
-    Foreground colours by multi-level estimation (Germer et al. 2020, pymatting) where the matte is
+    Foreground colors by multi-level estimation (Germer et al. 2020, pymatting) where the matte is
     trusted, the nearest such pixel elsewhere.
     """
     import cv2
@@ -74,7 +74,7 @@ def seen_face(
     known: BoolArray,
     head: BoolArray | None,
 ) -> tuple[BoolArray, FloatArray | None]:
-    """Which vertices (V,), at `pixels` (V, 2), lie in the photo's face, and the colour (3,) of its
+    """Which vertices (V,), at `pixels` (V, 2), lie in the photo's face, and the color (3,) of its
     cheeks (None where it shows none).
 
     `colors` (V, 3) are the photo's at the vertices, `known` (V,) those that it saw, `head` (V,)
@@ -94,7 +94,7 @@ def seen_face(
 
 
 def skin_of_hands(colors: FloatArray) -> FloatArray | None:
-    """The skin's colour (3,) by those of the hands (n, 3); None where they show too little, or
+    """The skin's color (3,) by those of the hands (n, 3); None where they show too little, or
     gloves: people's skin is reddish to yellow."""
     if len(colors) < 40:
         return None
@@ -112,9 +112,9 @@ def mirrored_prior(
     camera: OrthographicCamera,
     head: BoolArray | None,
 ) -> FloatArray:
-    """Prior colours (V, 3) for Eq. 14.
+    """Prior colors (V, 3) for Eq. 14.
 
-    The colour that the photo has at the same place (the back of a jacket looks like its front), but
+    The color that the photo has at the same place (the back of a jacket looks like its front), but
     no skin of the neckline below the collar. Behind the ears, what borders the head in the same row
     (hair, a hat) runs around it, down to the nape or as far as hair hangs beside the neck, so that
     no face looks backwards.
@@ -124,7 +124,7 @@ def mirrored_prior(
     mesh : ColoredMesh
         In the frame of `camera`.
     known : (V,) bool
-        Vertices whose colours the photo shows well.
+        Vertices whose colors the photo shows well.
     clean : (H, W, 3)
         `clean_colors(subject)`.
     head : (V,) bool, optional
@@ -200,7 +200,7 @@ def _behind_ears(
     """How far (V,), 0 to 1, vertices lie behind the ears, in the direction in which the head looks.
 
     `inside` (V,) are the head's, `row` (V,) their pixel rows, `scale` the camera's pixels per
-    metre.
+    meter.
     """
     angle = _head_azimuth(subject)
     where = vertices - np.median(vertices[inside], axis=0)
@@ -217,7 +217,7 @@ def _behind_ears(
 
 
 _SHADE = np.array([0.5, 1.0, 1.0])
-"""What lightness, a and b count for in comparisons of colours: shadows are no other stuff."""
+"""What lightness, a and b count for in comparisons of colors: shadows are no other stuff."""
 
 
 class _HeadLook:
@@ -261,7 +261,7 @@ class _HeadLook:
         self.hair_end = self._hair_end(person)
 
     def _toward_skin(self, colors: FloatArray, hair: FloatArray) -> FloatArray:
-        """Where CIELAB colours (..., 3) lie between `hair` (0) and the skin (1) by hue: glossy hair
+        """Where CIELAB colors (..., 3) lie between `hair` (0) and the skin (1) by hue: glossy hair
         and striped hats are no skin."""
         hue = np.array([0.15, 1.0, 1.0])
         way = (self.skin - hair) * hue
@@ -270,7 +270,7 @@ class _HeadLook:
 
     @staticmethod
     def _nearer(colors: FloatArray, one: FloatArray, other: FloatArray) -> BoolArray:
-        """Whether CIELAB colours (..., 3) are nearer to `one` than to `other`; shade counts
+        """Whether CIELAB colors (..., 3) are nearer to `one` than to `other`; shade counts
         half."""
         return np.asarray(
             np.linalg.norm((colors - one) * _SHADE, axis=-1)
@@ -278,14 +278,14 @@ class _HeadLook:
         )
 
     def _window(self, row: int, low: float, high: float) -> FloatArray:
-        """Colours of a row from `low` to `high` units beside the middle, both sides."""
+        """Colors of a row from `low` to `high` units beside the middle, both sides."""
         columns = np.arange(self._lab.shape[1])
         distance = np.abs(columns - self.middle) / self.unit
         found: FloatArray = self._lab[row, (distance >= low) & (distance <= high)]
         return found
 
     def _cloth(self) -> FloatArray | None:
-        """Median colour of the clothes below the neck; None where that is skin."""
+        """Median color of the clothes below the neck; None where that is skin."""
         rows = range(int(self.chin + 1.5 * self.unit), int(self.chin + 3.5 * self.unit))
         found = [self._window(row, 1.0, 2.5) for row in rows if row < len(self._lab)]
         if not found:
@@ -333,7 +333,7 @@ class _HeadLook:
         return end if end > self.nape + 0.8 * self.unit else self.nape
 
     def around(self, row: FloatArray, across: FloatArray) -> FloatArray:
-        """Colours (N, 3) at pixel rows (N,) and pixels beside the middle (N,): from the left
+        """Colors (N, 3) at pixel rows (N,) and pixels beside the middle (N,): from the left
         border's to the right border's."""
         place = np.clip(row.astype(np.int64) - self._first, 0, len(self._sides[0]) - 1)
         half = self._halves[np.clip(row.astype(np.int64), 0, len(self._halves) - 1)]

@@ -1,4 +1,4 @@
-"""A mesh with a colour per vertex: what the stages of colouring hand on."""
+"""A mesh with a color per vertex: what the stages of coloring hand on."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from a2v.types import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class ColoredMesh:
-    """A surface while it is being coloured.
+    """A surface while it is being colored.
 
     Attributes
     ----------
     vertices : (V, 3) float64
-        Metres, in the flat frame of the photo's camera.
+        Meters, in the flat frame of the photo's camera.
     faces : (F, 3) int64
     normals : (V, 3)
         Unit, of the vertices.

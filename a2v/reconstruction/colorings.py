@@ -1,4 +1,4 @@
-"""The ways to colour what a backend gives, by name; apart from the backends, so that other colours
+"""The ways to color what a backend gives, by name; apart from the backends, so that other colors
 leave remembered surfaces alone."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 Coloring = Callable[[Reconstruction, Subject, Body, Camera], Surface]
-"""``(reconstruction, subject, fitted body, its camera) -> coloured surface``."""
+"""``(reconstruction, subject, fitted body, its camera) -> colored surface``."""
 
 
 def color_by_photo(
@@ -70,7 +70,7 @@ def color_by_equation(
 
 
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
-    """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the
+    """Ablation: every point, seen or not, has the photo's color at its pixel; the back is the
     front mirrored."""
     from a2v.geometry.colors import to_bytes
     from a2v.reconstruction.color_prior import clean_colors
@@ -90,7 +90,7 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
 def color_by_network(
     person: Reconstruction, subject: Subject, body: Body, camera: Camera
 ) -> Surface:
-    """Ablation: the backend's own colours alone, on the vertices.
+    """Ablation: the backend's own colors alone, on the vertices.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def color_by_network(
     """
     if person.expected_colors is None:
         raise InputError(
-            "this backend has no colours of its own; choose another one for the colouring 'network'"
+            "this backend has no colors of its own; choose another one for the coloring 'network'"
         )
     known = np.isfinite(person.expected_colors).all(axis=1)
     colors = np.where(
@@ -115,4 +115,4 @@ def color_by_network(
 COLORINGS: Mapping[str, Coloring] = {
     "ours": color_by_photo, "eq14": color_by_equation, "mirrored": color_mirrored, "network": color_by_network,
 }  # fmt: skip
-"""Ways to colour a reconstruction, by name; "ours" is what users get, the others are ablations."""
+"""Ways to color a reconstruction, by name; "ours" is what users get, the others are ablations."""

@@ -1,9 +1,9 @@
-"""Eq. 14 of the journal paper: colours for the side that nobody saw, by a convex programme.
+"""Eq. 14 of the journal paper: colors for the side that nobody saw, by a convex program.
 
     min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x -
     c_x'||_2 ]
 
-The norms are not squared, so a few wrong prior colours do not bleed; in the transition band only
+The norms are not squared, so a few wrong prior colors do not bleed; in the transition band only
 the second term counts. Solved by ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then
 only back-substitutions and shrinkages.
 """
@@ -30,11 +30,11 @@ class ColorProblem:
     neighbors : (V, N) int
         N_x; rows of fixed vertices are not read.
     free : (V,) bool
-        O and the band: vertices whose colours are sought.
+        O and the band: vertices whose colors are sought.
     band : (V,) bool
         Free vertices of the transition band: second term only.
     lambda_nn : float
-        Weight of the neighbours.
+        Weight of the neighbors.
     """
 
     prior: FloatArray
@@ -51,7 +51,7 @@ class ColorSolution:
     Attributes
     ----------
     colors : (V, 3) float64
-        Colours; the fixed ones unchanged.
+        Colors; the fixed ones unchanged.
     iterations : int
     residual : float
         Larger of the relative primal and dual residuals at the end.
@@ -67,11 +67,11 @@ class ColorSolution:
 
 @dataclass(frozen=True, eq=False)
 class _Programme:
-    """Eq. 14 as ``sum_k weight_k ||(operator x - target)_k||_2`` over the colours x (n, 3) of the
+    """Eq. 14 as ``sum_k weight_k ||(operator x - target)_k||_2`` over the colors x (n, 3) of the
     free vertices.
 
-    Rows: first `pairs` of neighbours, then the prior's. ``normal`` is ``operator.T operator``, plus
-    the diagonal `ridge` where nothing ties a colour.
+    Rows: first `pairs` of neighbors, then the prior's. ``normal`` is ``operator.T operator``, plus
+    the diagonal `ridge` where nothing ties a color.
     """
 
     operator: Any
@@ -102,12 +102,12 @@ def solve_colors(
     tolerance: float = 1e-4,
     max_iterations: int = 2000,
 ) -> ColorSolution:
-    """Minimise Eq. 14.
+    """Minimize Eq. 14.
 
     Parameters
     ----------
     colors : (V, 3)
-        Known colours where not `free`; a starting point where free.
+        Known colors where not `free`; a starting point where free.
     problem : ColorProblem
     tolerance : float
         Stop when both relative residuals are below it.
@@ -149,7 +149,7 @@ def _check(colors: FloatArray, problem: ColorProblem) -> None:
     if not (np.isfinite(lambda_nn) and lambda_nn > 0):
         raise InputError(f"lambda_nn is {lambda_nn}; expected a positive number")
     if not np.isfinite(colors[~free]).all() or not np.isfinite(prior[free & ~band]).all():
-        raise InputError("fixed colours or the prior hold NaN; expected finite numbers")
+        raise InputError("fixed colors or the prior hold NaN; expected finite numbers")
 
 
 def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
@@ -174,7 +174,7 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
     )
     operator = sp.vstack([difference[:, free], pick]).tocsr()
 
-    # A patch without any fixed neighbour or prior may have any colour: a whisper of the start
+    # A patch without any fixed neighbor or prior may have any color: a whisper of the start
     # decides.
     normal = (operator.T @ operator).tocsc()
     parts, label = connected_components(normal, directed=False)
@@ -209,24 +209,24 @@ def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, Int
 
 
 def _minimise(
-    programme: _Programme, tolerance: float, max_iterations: int
+    program: _Programme, tolerance: float, max_iterations: int
 ) -> tuple[FloatArray, int, float]:
-    """Colours (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and
+    """Colors (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and
     the residual at the end."""
     from scipy.sparse.linalg import splu
 
-    operator, target, weight = programme.operator, programme.target, programme.weight
-    system = (programme.normal + programme.ridge).tocsc()
+    operator, target, weight = program.operator, program.target, program.weight
+    system = (program.normal + program.ridge).tocsc()
     factor = splu(
         system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     )
-    pull = programme.ridge @ programme.start
-    value = programme.start
+    pull = program.ridge @ program.start
+    value = program.start
     slack = operator @ value - target
     dual = np.zeros_like(slack)
     rho, residual, iteration = 10.0, np.inf, 0
     norm_target = np.linalg.norm(target) + 1.0
-    anchors = np.arange(len(target))[:, None] >= programme.pairs
+    anchors = np.arange(len(target))[:, None] >= program.pairs
     transposed = operator.T.tocsr()
     for iteration in range(1, max_iterations + 1):
         value = factor.solve(np.ascontiguousarray(transposed @ (target + slack - dual) + pull))

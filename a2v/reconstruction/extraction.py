@@ -20,7 +20,7 @@ from a2v.geometry.volume import Grid
 from a2v.types import BoolArray, FloatArray, IntArray, Progress
 
 Field = Callable[[FloatArray], FloatArray]
-"""``points (N, 3) float32, metres -> (N,)``: signed distance, metres, negative inside; it may be
+"""``points (N, 3) float32, meters -> (N,)``: signed distance, meters, negative inside; it may be
 cut off far from the surface."""
 
 LEAST_VERTICES = 25_000
@@ -92,7 +92,7 @@ class SampledField:
     Attributes
     ----------
     values : (nx, ny, nz) float32
-        Metres, negative inside; exact at every corner of a cell that the surface crosses, of the
+        Meters, negative inside; exact at every corner of a cell that the surface crosses, of the
         right sign elsewhere.
     grid : Grid
     evaluations : int
@@ -118,14 +118,14 @@ def extract_surface(
     ----------
     field : Field
     bounds : (2, 3)
-        Least and largest corner of the box to look in, metres. A surface that leaves it is closed
+        Least and largest corner of the box to look in, meters. A surface that leaves it is closed
         at its border.
     settings : ExtractionSettings, optional
     progress : Progress, optional
 
     Returns
     -------
-    vertices : (V, 3) float64, metres
+    vertices : (V, 3) float64, meters
     faces : (F, 3) int64, counter-clockwise seen from outside. Watertight, one piece unless `pieces`
     allows more.
 
@@ -177,7 +177,7 @@ def sample_field(
     box = np.asarray(bounds, np.float64)
     if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[1] > box[0]).all():
         raise InputError(
-            f"bounds are {np.array2string(box, separator=', ')}; expected the least and the largest corner of a box, metres"
+            f"bounds are {np.array2string(box, separator=', ')}; expected the least and the largest corner of a box, meters"
         )
     levels = settings.levels
     cell = float((box[1] - box[0]).max()) / settings.resolution
@@ -230,7 +230,7 @@ def _evaluate(field: Field, points: FloatArray, chunk: int) -> FloatArray:
         out[start : start + chunk] = found
     if not np.isfinite(out).all():
         raise InputError(
-            "the field is NaN or infinite at some points; expected signed distances in metres"
+            "the field is NaN or infinite at some points; expected signed distances in meters"
         )
     return out
 
@@ -249,7 +249,7 @@ def _crossed(values: FloatArray) -> BoolArray:
 
 def _near_cells(values: FloatArray, reach: float) -> BoolArray:
     """Cells that the surface may cross: corners of both signs, or one nearer than `reach`
-    metres."""
+    meters."""
     return np.asarray(_crossed(values) | np.logical_or.reduce(_corners(np.abs(values) < reach)))
 
 
@@ -287,7 +287,7 @@ def mesh_grid(
     Parameters
     ----------
     values : (nx, ny, nz)
-        Metres, negative inside; not negative on the outermost nodes.
+        Meters, negative inside; not negative on the outermost nodes.
     grid : Grid
     vertices : int
         How many to aim at (within some per cent; never fewer than 25,000).
@@ -296,7 +296,7 @@ def mesh_grid(
 
     Returns
     -------
-    vertices : (V, 3) float64, metres; faces : (F, 3) int64
+    vertices : (V, 3) float64, meters; faces : (F, 3) int64
         Watertight, outward, and without what is not connected with the largest piece (or large
         itself); bubbles are filled.
 
@@ -331,7 +331,7 @@ def even_out(
 
     Parameters
     ----------
-    vertices : (V, 3) metres, faces : (F, 3)
+    vertices : (V, 3) meters, faces : (F, 3)
         Closed, outward: of marching cubes, for example.
     target : int
     smoothing : int
@@ -426,7 +426,7 @@ def snap_to_level(
     rounds: int = 2,
     chunk: int = 65_536,
 ) -> FloatArray:
-    """Vertices (V, 3) moved along their normals by the field's value, at most `reach` metres a
+    """Vertices (V, 3) moved along their normals by the field's value, at most `reach` meters a
     round; where faces would cross they stay."""
     placed = np.asarray(vertices, np.float64)
     for _ in range(rounds):
@@ -452,7 +452,7 @@ def without_crossings(placed: FloatArray, vertices: FloatArray, faces: IntArray)
 
 
 def self_intersections(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Whether each face (F,) cuts another one that is not its neighbour."""
+    """Whether each face (F,) cuts another one that is not its neighbor."""
     import pymeshlab
 
     meshes: Any = pymeshlab.MeshSet(verbose=False)

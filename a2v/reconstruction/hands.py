@@ -1,4 +1,4 @@
-"""The body's hands sewn into the surface: a field that is asked every half a centimetre makes
+"""The body's hands sewn into the surface: a field that is asked every half a centimeter makes
 mittens, of which no finger moves."""
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from a2v.geometry.vectors import unit
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction
 
 _BEYOND = 0.012
-"""The patch begins so far beyond the wrist, metres along the hand."""
+"""The patch begins so far beyond the wrist, meters along the hand."""
 _GAP = 0.008
 """The surface ends so far before it: room for the strip between the two."""
 _REACH = 0.3
-"""Nothing farther from the wrist, metres, is cut."""
+"""Nothing farther from the wrist, meters, is cut."""
 _AROUND = 0.085
-"""The hole's rim lies within so many metres of the wrist: a larger one would take more than a hand
+"""The hole's rim lies within so many meters of the wrist: a larger one would take more than a hand
 away."""
 _LEAST_RIM = 12
 _FARTHEST = 0.08
-"""Where the surface is farther from the body's hand, metres, it holds something, or the fit is
+"""Where the surface is farther from the body's hand, meters, it holds something, or the fit is
 wrong."""
 _SHIFTED = 0.04
-"""Where the surface's wrist is farther off, metres, it is not the body's."""
+"""Where the surface's wrist is farther off, meters, it is not the body's."""
 _STRETCHED = (0.75, 1.3)
 _FADE = 0.07
-"""Along so much of the hand, metres, it turns from the surface's wrist into the body's own."""
+"""Along so much of the hand, meters, it turns from the surface's wrist into the body's own."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class HandPatch:
     rim : (n,) int
         Into `vertices`, in order.
     out : (V,) float
-        How far each of the body's vertices is beyond the wrist along the hand, metres, on the body
+        How far each of the body's vertices is beyond the wrist along the hand, meters, on the body
         at rest; -inf for those that are not the hand's.
     """
 
@@ -204,7 +204,7 @@ def _joined(
     person: Reconstruction, vertices: FloatArray, faces: IntArray, kept: IntArray, twins: IntArray
 ) -> Reconstruction:
     """The reconstruction on a new mesh: first what is `kept` of the surface, then the body's
-    vertices `twins`, coloured as what was nearest."""
+    vertices `twins`, colored as what was nearest."""
     from scipy.spatial import cKDTree
 
     surface = person.surface

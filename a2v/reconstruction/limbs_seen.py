@@ -11,19 +11,19 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
 _LOWER = 0.05
-"""Half the width of a forearm in its sleeve, metres."""
+"""Half the width of a forearm in its sleeve, meters."""
 _PALM = 0.045
-"""Half the width of a hand of which only the knuckles are known, metres."""
+"""Half the width of a hand of which only the knuckles are known, meters."""
 _FINGER = 0.014
-"""Half the width of a finger, metres."""
+"""Half the width of a finger, meters."""
 _REACH = 1.9
 """A hand ends so many times as far from the wrist as its knuckles."""
 _SURE = 0.5
 """Landmarks of less confidence tell nothing."""
 _OFF = 0.06
-"""The fit of an arm is off where elbow or wrist are so far from their landmarks, metres."""
+"""The fit of an arm is off where elbow or wrist are so far from their landmarks, meters."""
 _BEHIND = -0.12
-"""A wrist so far behind its shoulder, metres, may be hidden by the trunk."""
+"""A wrist so far behind its shoulder, meters, may be hidden by the trunk."""
 _SKIN_HUES = (25.0, 85.0)
 """People's skin is reddish to yellow, degrees in CIELAB."""
 _COLOURED = 8.0
@@ -31,7 +31,7 @@ _COLOURED = 8.0
 _HUE = np.array([0.35, 1.0, 1.0])
 """What lightness, a and b count for: hands lie in other light than the face."""
 _LIKE = 15.0
-"""Colours so near to the face's, CIELAB units, are skin."""
+"""Colors so near to the face's, CIELAB units, are skin."""
 _GLOVE = 0.25
 """Hands of which a smaller share is like it wear gloves."""
 _FINGERS = (
@@ -139,7 +139,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colours (n, 3): hair and
+    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colors (n, 3): hair and
     shadow are darker; None where little has."""
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     skin = lab[

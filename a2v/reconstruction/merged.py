@@ -1,4 +1,4 @@
-"""Colours of one person from several photos: each place takes those of the photo that saw it best,
+"""Colors of one person from several photos: each place takes those of the photo that saw it best,
 in the exposure of the main one."""
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _LEAST = 60
 _EXPOSURE = (0.4, 2.5)
 """Least and largest factor between the exposures of two photos."""
 _TINT = (0.75, 1.33)
-"""The same of a channel beside the middle one: a jacket of another colour behind is no other
+"""The same of a channel beside the middle one: a jacket of another color behind is no other
 light."""
 _CLIPPED = (0.02, 0.97)
-"""Colours below and above tell no exposure, sRGB."""
+"""Colors below and above tell no exposure, sRGB."""
 _SHARP = 4
 """Power of the trust by which photos are mixed: the one that sees a place better has it nearly
 alone."""
@@ -46,7 +46,7 @@ class OtherPhoto:
     canvas : Canvas
         Of that pose.
     trust : (V,)
-        How far its colours are to be trusted.
+        How far its colors are to be trusted.
     colors : (V, 3)
         sRGB.
     gain : (3,)
@@ -116,8 +116,8 @@ class OtherPhoto:
         )
 
     def at(self, corner: IntArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """How far its colours are to be trusted (n, 1) at places with `corner` (n, 3) vertices and
-        barycentric `weight` (n, 3, 1), and the colours (n, 3)."""
+        """How far its colors are to be trusted (n, 1) at places with `corner` (n, 3) vertices and
+        barycentric `weight` (n, 3, 1), and the colors (n, 3)."""
         point, normal = (within(values, corner, weight) for values in (self.vertices, self.normals))
         pixels = self.photo.camera.project(point)
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
@@ -135,7 +135,7 @@ def _exposed(colors: FloatArray, gain: FloatArray) -> FloatArray:
 def mixed(
     trusts: Sequence[FloatArray], colors: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """The largest of several trusts (n, 1), and the colours (n, 3) of those who see a place
+    """The largest of several trusts (n, 1), and the colors (n, 3) of those who see a place
     best."""
     share = [np.maximum(trust, 1e-4) ** _SHARP for trust in trusts]
     total = np.sum(share, axis=0)
@@ -147,7 +147,7 @@ def mixed(
 def on_vertices(
     trust: FloatArray, known: BoolArray, colors: FloatArray, others: Sequence[OtherPhoto]
 ) -> tuple[BoolArray, FloatArray]:
-    """Which vertices (V,) any photo shows well, and the colours (V, 3) of those that see them best;
+    """Which vertices (V,) any photo shows well, and the colors (V, 3) of those that see them best;
     all of the main photo where none does."""
     every = known.copy()
     for other in others:
@@ -167,11 +167,11 @@ def exposure(
 ) -> FloatArray:
     """The factor (3,) in linear RGB from another photo's exposure to the main one's.
 
-    `main` and `other` are which vertices (V,) each shows well, and their colours (V, 3). Of every
+    `main` and `other` are which vertices (V,) each shows well, and their colors (V, 3). Of every
     part but the head, whose sides are face and hair, the medians of what both photos show of it are
     compared; the middle of the parts, by how many vertices they have, is the factor. Where two
     views end beside each other would be nearer, but there both see at a glance, and light from the
-    side is in the colours.
+    side is in the colors.
     """
     ratios, counts = [], []
     for part in np.unique(canvas.parts):

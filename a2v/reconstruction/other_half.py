@@ -17,7 +17,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
 """A place that faces the camera by less than the first share of what the mirrored one does takes
-that one's colours, from the second share on its own."""
+that one's colors, from the second share on its own."""
 
 
 def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
@@ -32,8 +32,8 @@ def of_other_half(
     weight: FloatArray,
     trust: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The `trust` (n, 1) in a photo's colours, less where the mirrored place is seen much more
-    squarely; the trust in that one's (n, 1); and its colours (n, 3), sRGB.
+    """The `trust` (n, 1) in a photo's colors, less where the mirrored place is seen much more
+    squarely; the trust in that one's (n, 1); and its colors (n, 3), sRGB.
 
     The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Off head and neck
     nothing is mirrored.

@@ -14,7 +14,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subje
 
 
 class PhotoProjection:
-    """The photo as a projector: its clean colours, and how far to trust them at a point."""
+    """The photo as a projector: its clean colors, and how far to trust them at a point."""
 
     canvas: Canvas | None = None
     known: BoolArray
@@ -26,7 +26,7 @@ class PhotoProjection:
         self.clean = clean_colors(subject)
         height, width = subject.mask.shape
         depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
-        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour
+        # the nearest depth around a pixel: at an occluding edge the side behind takes no color
         # from before
         self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
         person = (subject.mask > 0.5).astype(np.uint8)
@@ -37,7 +37,7 @@ class PhotoProjection:
         self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
 
     def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
-        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over
+        """Colors (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over
         the patch that it stands for."""
         import cv2
 
@@ -60,7 +60,7 @@ class PhotoProjection:
         return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
 
     def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
-        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are
+        """Whether nothing lies more than `tolerance` meters before the points (N, 3), and they are
         inside the photo."""
         u, v, within = self._pixel(points)
         return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))

@@ -24,14 +24,14 @@ def follow_normals(
 ) -> FloatArray:
     """Move vertices along the normals that they should have, so that the surface has them.
 
-    Minimises ``sum over edges w (n . (p_i - p_j))^2 + stiffness * sum t^2`` with ``p = vertices + t
+    Minimizes ``sum over edges w (n . (p_i - p_j))^2 + stiffness * sum t^2`` with ``p = vertices + t
     normals`` and the mean normal n of an edge: each edge should lie in the plane that its normal
     says.
 
     Parameters
     ----------
     vertices : (V, 3)
-        Metres.
+        Meters.
     faces : (F, 3) int
     normals : (V, 3)
         Unit normals to be reached.
@@ -39,9 +39,9 @@ def follow_normals(
         From 0, a vertex without a wanted normal, which stays, to 1.
     stiffness : float
         What it costs to leave the place: larger values let only finer relief change. With edges of
-        8 mm, 0.3 lets waves of up to about 15 cm, 0.03 of half a metre.
+        8 mm, 0.3 lets waves of up to about 15 cm, 0.03 of half a meter.
     largest : float
-        No vertex moves farther, metres.
+        No vertex moves farther, meters.
 
     Returns
     -------

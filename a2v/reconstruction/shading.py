@@ -1,11 +1,11 @@
 """The shading that a photo holds, and the photo without it: a plain intrinsic decomposition over
 the reconstructed surface.
 
-Colour is albedo times shading. The shading is one number a point: irradiance as a function of the
+Color is albedo times shading. The shading is one number a point: irradiance as a function of the
 normal, spherical harmonics of second order (Ramamoorthi and Hanrahan, SIGGRAPH 2001), times a power
 of how open the point lies. The albedo takes few values (Horn 1974; as Retinex and its followers
-have it): the seen colours fall into `_STUFFS` groups, each of one albedo. Both are fitted by turns,
-robustly. Colours keep their hue, since all three channels are divided by the same number.
+have it): the seen colors fall into `_STUFFS` groups, each of one albedo. Both are fitted by turns,
+robustly. Colors keep their hue, since all three channels are divided by the same number.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ LIMITS = (0.6, 1.6)
 """Least and most shading that is taken out, against its mean of 1."""
 
 _STUFFS = 6
-"""Groups of colours that share an albedo."""
+"""Groups of colors that share an albedo."""
 _TURNS = 8
 """How often groups and light are fitted by turns."""
 
 _LIGHTNESS = 0.2
-"""What lightness counts for beside hue where colours are grouped: a shaded side is the same
+"""What lightness counts for beside hue where colors are grouped: a shaded side is the same
 stuff."""
 
 _STIFF = 0.02
@@ -149,7 +149,7 @@ def _harmonics(normals: FloatArray) -> FloatArray:
 
 
 def _grouped(colors: FloatArray) -> IntArray:
-    """Which of at most `_STUFFS` groups of like colours each of the sRGB colours (n, 3) belongs to,
+    """Which of at most `_STUFFS` groups of like colors each of the sRGB colors (n, 3) belongs to,
     (n,), all of them used."""
     from scipy.cluster.vq import kmeans2
     from skimage.color import rgb2lab
@@ -157,7 +157,7 @@ def _grouped(colors: FloatArray) -> IntArray:
     lab = np.round(rgb2lab(colors) * np.array([_LIGHTNESS, 1, 1]), 1)
     count = min(
         _STUFFS, len(np.unique(lab, axis=0))
-    )  # it cannot make more groups than there are colours
+    )  # it cannot make more groups than there are colors
     _, group = kmeans2(lab, count, minit="++", iter=20, seed=0)
     return np.asarray(np.unique(group, return_inverse=True)[1]).ravel()
 

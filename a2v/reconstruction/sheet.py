@@ -8,7 +8,7 @@ from a2v.types import ByteArray, Surface
 
 
 def surface_sheet(surface: Surface, *, size: int = 448) -> ByteArray:
-    """Front, left, back and right in colour and as clay, then the head from front, left, back and
+    """Front, left, back and right in color and as clay, then the head from front, left, back and
     right: (2 size, 6 size, 3) uint8."""
     from a2v.rendering.preview import PreviewStyle, preview_surface
 

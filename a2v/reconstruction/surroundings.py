@@ -8,19 +8,19 @@ import numpy as np
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 _DOUBTFUL = 0.09
-"""Pixels of the mask up to so far, metres, from where body or mask show nobody are looked at."""
+"""Pixels of the mask up to so far, meters, from where body or mask show nobody are looked at."""
 _DEEP = 0.02
-"""What lies deeper than this within the body, metres, is the person's."""
+"""What lies deeper than this within the body, meters, is the person's."""
 _RIM = 0.015
-"""Between this, metres, beside the mask and ..."""
+"""Between this, meters, beside the mask and ..."""
 _NEAR = 0.3
-"""... this lies what tells the surroundings' colours."""
+"""... this lies what tells the surroundings' colors."""
 _COLOR = 9.0
 """So many CIELAB units count like `_PLACE`."""
 _PLACE = 0.3
-"""So many metres count like `_COLOR`."""
+"""So many meters count like `_COLOR`."""
 _ALIKE = 1.2
-"""A pixel shows the surroundings where it is nearer to one of their samples than this, of colour
+"""A pixel shows the surroundings where it is nearer to one of their samples than this, of color
 and place together, and ..."""
 _RATIO = 0.6
 """... than this share of its distance from the nearest of the person's."""
@@ -38,7 +38,7 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
     shown : (h, w) int
         Part that the posed body shows; -1 for none.
     scale : float
-        Pixels of `shown` per metre.
+        Pixels of `shown` per meter.
     """
     import cv2
     from scipy.spatial import cKDTree
@@ -75,7 +75,7 @@ def _away(where: BoolArray) -> FloatArray:
 
 
 def _features(lab: FloatArray, chosen: BoolArray, scale: float) -> FloatArray:
-    """Colour and place (n, 5) of the chosen pixels."""
+    """Color and place (n, 5) of the chosen pixels."""
     row, column = np.nonzero(chosen)
     place = np.stack([row, column], axis=1) / (scale * _PLACE)
     return np.concatenate([lab[chosen] / _COLOR, place], axis=1)

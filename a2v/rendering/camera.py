@@ -31,7 +31,7 @@ class ViewCamera(Record):
     Attributes
     ----------
     origin, target : tuple of 3 float
-        Where it stands and what it looks at, metres, world.
+        Where it stands and what it looks at, meters, world.
     up : tuple of 3 float
         Direction that is up in the picture.
     fov : float
@@ -65,8 +65,8 @@ class ViewCamera(Record):
         return np.stack([right, np.cross(backward, right), backward])
 
     def project(self, points: FloatArray, size: int) -> FloatArray:
-        """Pixels (..., 2), u to the right and v down, of points (..., 3) in metres; the first
-        pixel's centre is (0.5, 0.5).
+        """Pixels (..., 2), u to the right and v down, of points (..., 3) in meters; the first
+        pixel's center is (0.5, 0.5).
 
         Points behind the camera give NaN.
         """
@@ -102,12 +102,12 @@ class CameraPath(Record):
     fov : float
         Field of view.
     distance : float or None
-        From the character's middle, metres; None: the least at which the whole body keeps a border
+        From the character's middle, meters; None: the least at which the whole body keeps a border
         at every frame.
     follow : bool
         Go along with the character; False: stand still and see its whole path.
     origin, target : tuple of 3 float or None
-        Metres, world.
+        Meters, world.
     """
 
     name: str
@@ -142,7 +142,7 @@ class CameraPath(Record):
                 f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < elevation < 90, 0 < fov < 180"
             )
         if self.distance is not None and self.distance <= 0:
-            raise InputError(f"{where} has distance {self.distance}; expected metres above 0")
+            raise InputError(f"{where} has distance {self.distance}; expected meters above 0")
         if self.target is not None and self.origin is None:
             raise InputError(
                 f"{where} has a target but no origin; give both, or azimuth and elevation"
@@ -247,7 +247,7 @@ def _field(value: Any, what: str, key: str) -> Any:
     if key in ("origin", "target"):
         if not isinstance(value, list) or len(value) != 3:
             raise InputError(
-                f"{what} is {brief(value)}; expected three numbers, [x, y, z] in metres"
+                f"{what} is {brief(value)}; expected three numbers, [x, y, z] in meters"
             )
         return tuple(number(item) for item in value)
     return number(value)
@@ -287,7 +287,7 @@ def follow_cameras(
     Parameters
     ----------
     track : (T, N, 3) float
-        The character over time, metres: all vertices, or N = 2 for each frame's bounding box (least
+        The character over time, meters: all vertices, or N = 2 for each frame's bounding box (least
         and greatest corner).
     settings : RenderSettings
         Its `views`, `aspect` and `follow`.

@@ -36,7 +36,7 @@ class Cutout:
     ) -> Cutout:
         """From what the person gives to each pixel (H, W, 3), the `share` (H, W) of its samples
         that hit the person, how much of it the person covers and the light that the ground keeps.
-        At the rim the colour is continued from the pixels beside it that show nothing else.
+        At the rim the color is continued from the pixels beside it that show nothing else.
         """
         straight = person / np.maximum(share, 1e-3)[..., None]
         color = continued(straight, share > 0.98, straight)

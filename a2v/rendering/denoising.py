@@ -67,7 +67,7 @@ def denoise_parts(
 def denoise_plain(picture: FloatArray, *, border: int = 16) -> FloatArray:
     """A picture (H, W, 3) of light without edges of things, denoised; float32.
 
-    It is mirrored at its borders, where the network's colours are off by some levels.
+    It is mirrored at its borders, where the network's colors are off by some levels.
     """
     height, width = picture.shape[:2]
     down, right = -(height + 2 * border) % 16, -(width + 2 * border) % 16

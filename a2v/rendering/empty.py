@@ -15,7 +15,7 @@ from a2v.rendering.scene import LookSettings, ground_pattern
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
-"""Where the ground of the stage ends, metres from the origin."""
+"""Where the ground of the stage ends, meters from the origin."""
 
 _COARSE = 128
 """The light on the ground, which is smooth, is worked out at about this many places each way."""
@@ -29,7 +29,7 @@ wide."""
 class Empty:
     """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), the
     ground's irradiance over pi, `light` (H, W, 3), and the ground point (H, W, 2) as x and z in
-    metres under each pixel's centre, with `ground` (H, W) where there is one."""
+    meters under each pixel's center, with `ground` (H, W) where there is one."""
 
     color: FloatArray
     albedo: FloatArray
@@ -87,7 +87,7 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
 
 
 def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
-    """Directions (H, W, 3) float32 through the centres of a picture's pixels, or of squares of
+    """Directions (H, W, 3) float32 through the centers of a picture's pixels, or of squares of
     `step` pixels that cover it; not unit length."""
     right, up, backward = camera.axes.astype(np.float32)
     count = -(-size // step)
@@ -179,7 +179,7 @@ def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
 
 
 def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
-    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp
+    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in meters, the lamp
     hanging over the origin."""
     point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
     lamp, sun = look.spot_light(), look.sun_light

@@ -30,7 +30,7 @@ class Framing(Record):
     ease : float
         Time over which the camera moves back before a frame that needs more room, seconds.
     height : float or None
-        The character's height, metres; None: the median over the clip of the vertical extent, at
+        The character's height, meters; None: the median over the clip of the vertical extent, at
         least half of the largest.
     """
 
@@ -54,7 +54,7 @@ class Framing(Record):
 
 RISE = 0.1
 """Height of the lowest point above the ground from which the camera rises with the character,
-metres: steps of a walk stay below."""
+meters: steps of a walk stay below."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,14 +64,14 @@ class Subject:
     Attributes
     ----------
     points : (T, N, 3) float64
-        The character, or the corners of each frame's bounding box, metres, world.
+        The character, or the corners of each frame's bounding box, meters, world.
     path : (T, 3)
         Smooth path of what cameras aim at: half the character's height above the ground, higher
         while it is in the air or climbs.
     still : (T, 3)
         The middle of the whole clip in every row, at half the character's height or higher.
     height : float
-        Metres.
+        Meters.
     sides : (float, float)
         Width and height of the picture over its longer side.
     fps : float
@@ -117,15 +117,15 @@ class Subject:
             extent = high[:, 1] - low[:, 1]
             height = float(max(np.median(extent), 0.5 * extent.max()))
         sides = shape[0] / max(shape), shape[1] / max(shape)
-        centre = (low + high) / 2
-        centre[:, 1] = _aim(
+        center = (low + high) / 2
+        center[:, 1] = _aim(
             low[:, 1], high[:, 1], height, reach=(0.5 - framing.margin) * height / framing.share
         )
-        still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(centre), 1))
+        still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(center), 1))
         still[:, 1] = np.maximum(still[:, 1], height / 2)
         return cls(
             points=points,
-            path=_smooth_path(centre, framing.smoothing * fps),
+            path=_smooth_path(center, framing.smoothing * fps),
             still=still,
             height=height,
             sides=sides,
@@ -134,7 +134,7 @@ class Subject:
         )
 
     def least_distances(self, targets: FloatArray, toward: FloatArray, fov: float) -> FloatArray:
-        """Metres (T,) from `targets` (T, 3) along `toward` (T, 3) from where all of the character
+        """Meters (T,) from `targets` (T, 3) along `toward` (T, 3) from where all of the character
         is inside the margin, per frame."""
         reach = (1 - 2 * self.framing.margin) * np.tan(np.radians(fov) / 2)
         right = np.cross((0.0, 1.0, 0.0), toward)
@@ -151,7 +151,7 @@ class Subject:
         return np.asarray(np.maximum(needed.max(axis=1), 0.5))
 
     def usual_distance(self, fov: float) -> float:
-        """Metres from where the standing character takes `Framing.share` of the picture's
+        """Meters from where the standing character takes `Framing.share` of the picture's
         height."""
         return float(
             self.height / (2 * self.framing.share * self.sides[1] * np.tan(np.radians(fov) / 2))
@@ -175,7 +175,7 @@ class Subject:
 
 
 def _aim(low: FloatArray, high: FloatArray, height: float, *, reach: float) -> FloatArray:
-    """Height (T,) that cameras aim at, metres: half the character's `height` above what it stands
+    """Height (T,) that cameras aim at, meters: half the character's `height` above what it stands
     on, or as far from there as `low` and `high` (T,) need to be within `reach` of it; their middle
     where both cannot be."""
     aim = height / 2 + np.maximum(low - RISE, 0)
@@ -183,17 +183,17 @@ def _aim(low: FloatArray, high: FloatArray, height: float, *, reach: float) -> F
     return np.asarray(np.where(lowest > highest, (low + high) / 2, np.clip(aim, lowest, highest)))
 
 
-def _smooth_path(centre: FloatArray, smoothing: float) -> FloatArray:
+def _smooth_path(center: FloatArray, smoothing: float) -> FloatArray:
     """A path (T, 3) through a Gaussian of `smoothing` frames."""
     from scipy.ndimage import gaussian_filter1d
 
-    if smoothing <= 0 or len(centre) < 2:
-        return centre
+    if smoothing <= 0 or len(center) < 2:
+        return center
     # continued at both ends by point reflection, or the camera would lag behind whoever walks into
     # the clip
-    beyond = min(len(centre) - 1, int(4 * smoothing))
-    padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
+    beyond = min(len(center) - 1, int(4 * smoothing))
+    padded = np.pad(center, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
     path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[
-        beyond : beyond + len(centre)
+        beyond : beyond + len(center)
     ]
     return path

@@ -41,7 +41,7 @@ def kept_light(
     *,
     clean: bool = True,
 ) -> FloatArray:
-    """What is left of the empty stage's light on the ground (H, W, 3), by colour, 1 where nobody
+    """What is left of the empty stage's light on the ground (H, W, 3), by color, 1 where nobody
     changes it.
 
     The ground's light is smooth and its pattern is known, so it is traced in cells of several

@@ -13,7 +13,7 @@ from a2v.types import ByteArray
 def side_by_side(
     images: Sequence[ByteArray], *, gap: int = 0, color: tuple[int, int, int] = (255, 255, 255)
 ) -> ByteArray:
-    """Pictures (H, W, 3) uint8 in a row; smaller ones are centred on the tallest.
+    """Pictures (H, W, 3) uint8 in a row; smaller ones are centered on the tallest.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def contact_sheet(
     Parameters
     ----------
     images : sequence of (H, W, 3) uint8
-        Sizes may differ; each is centred in its cell.
+        Sizes may differ; each is centered in its cell.
     rows, cols : int or None
         Size of the grid; what is not given follows from the number of pictures.
     labels : sequence of str or None

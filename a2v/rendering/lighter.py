@@ -18,7 +18,7 @@ def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) 
     """A character of at most so many `triangles`, its texture at most `texture` pixels a side.
 
     Edges are collapsed where shape and texture change least (Garland and Heckbert 1998, by
-    MeshLab); a new vertex takes colour, weights and bones of the nearest old one. The face no
+    MeshLab); a new vertex takes color, weights and bones of the nearest old one. The face no
     longer moves.
     """
     import cv2

@@ -10,9 +10,9 @@ import numpy as np
 from a2v.types import FloatArray
 
 SUN_DISTANCE = 20000.0
-"""Distance of the disk that stands for the sun, metres."""
+"""Distance of the disk that stands for the sun, meters."""
 AIM = (0.0, 0.9, 0.0)
-"""Where the spot light points, metres from the point on the ground below the camera's target: the
+"""Where the spot light points, meters from the point on the ground below the camera's target: the
 middle of a standing person."""
 
 
@@ -22,11 +22,11 @@ class DiskLight:
 
     Attributes
     ----------
-    center : (3,) float64, metres
+    center : (3,) float64, meters
     normal : (3,) float64
         Unit vector to the side that shines.
-    radius : float, metres
-    reach : float, metres
+    radius : float, meters
+    reach : float, meters
         The distance at which `irradiance` holds.
     irradiance : (3,) float64
         Linear RGB over pi, on a surface that faces the disk at `reach`.
@@ -84,7 +84,7 @@ def sun_disk(direction: FloatArray, angle: float, irradiance: FloatArray) -> Dis
 def spot_disk(
     position: FloatArray, radius: float, irradiance: FloatArray, *, target: FloatArray
 ) -> DiskLight:
-    """The spot light at `position` (3,) metres from the point on the ground below `target` (3,); it
+    """The spot light at `position` (3,) meters from the point on the ground below `target` (3,); it
     points at `AIM`."""
     foot = np.array([target[0], 0.0, target[2]])
     center, aim = foot + position, foot + np.array(AIM)

@@ -1,9 +1,9 @@
 """What a person is made of, as far as light goes: skin with a soft falloff and a soft gloss, clear
 eyes, all else matt.
 
-Skin lets light in and out again some millimetres away, red further than blue, so the border of
-light on it is soft and reddish. Here the cosine of each colour reaches round the border by a part w
-and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps start some millimetres
+Skin lets light in and out again some millimeters away, red further than blue, so the border of
+light on it is soft and reddish. Here the cosine of each color reaches round the border by a part w
+and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps start some millimeters
 above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR 2007) with Schlick's Fresnel
 term.
 """
@@ -27,7 +27,7 @@ WRAP = (0.26, 0.12, 0.07)
 """How far light goes round the border on skin, red, green and blue."""
 
 _LIFT = 0.004
-"""How far above the skin a ray to a lamp begins, metres."""
+"""How far above the skin a ray to a lamp begins, meters."""
 
 _ROUGH = 0.22
 """Width of the lobe of skin (GGX's alpha)."""
@@ -40,7 +40,7 @@ _SHARE = 0.15
 """And what part of those that mostly do."""
 
 _RED = (0.1, 1.3)
-"""What the logarithm of red over green is on skin of any colour, in white light or nearly so."""
+"""What the logarithm of red over green is on skin of any color, in white light or nearly so."""
 _BLUE = (-1.6, 0.05)
 """The same of blue over green."""
 
@@ -52,9 +52,9 @@ def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | N
     """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where
     nothing says what its skin looks like.
 
-    Skin is what has the colour of the face: its ratios of red, green and blue within what they vary
-    by on the face, as bright as the face in the light or in the shade; evened out over neighbours.
-    Without a face of the body's own, the seen ones of the `bare` vertices that have a colour that
+    Skin is what has the color of the face: its ratios of red, green and blue within what they vary
+    by on the face, as bright as the face in the light or in the shade; evened out over neighbors.
+    Without a face of the body's own, the seen ones of the `bare` vertices that have a color that
     skin can have stand for it.
 
     Parameters
@@ -93,7 +93,7 @@ def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | N
 
 def materials_of(surface: Surface, head: BoolArray, hands: BoolArray) -> IntArray:
     """What each face of a person is made of, (F,) uint8, an index into `MATERIALS`: eyes and mouth
-    are the body's own, skin has the colour of the face, hair is what else the head has, and all
+    are the body's own, skin has the color of the face, hair is what else the head has, and all
     else is cloth. Each face is what most of its corners are.
 
     Parameters
@@ -128,7 +128,7 @@ _MATERIAL_OF = {
 def _skin_of(
     surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None
 ) -> IntArray:
-    """The seen vertices (n,) among the `bare` ones (V,) of a colour that skin can have: neither
+    """The seen vertices (n,) among the `bare` ones (V,) of a color that skin can have: neither
     hair, which is darker, nor gloves; none if they are few.
 
     `ratio` (V, 2) are the logarithms of red and blue over green, `bright` (V,) that of the
@@ -192,7 +192,7 @@ class Hit:
         return -WRAP[0] * self.skin
 
     def falloff(self, cosine: Any) -> Any:
-        """What of a lamp's light comes back matt, by colour, instead of the `cosine`."""
+        """What of a lamp's light comes back matt, by color, instead of the `cosine`."""
         import drjit as dr
 
         parts = []

@@ -2,7 +2,7 @@
 no network.
 
 The viewer is three.js with its glTF loader, taken when the page is made out of the wheel of
-trimesh, which carries them for its own notebooks (MIT licence, its notice stays in the page).
+trimesh, which carries them for its own notebooks (MIT license, its notice stays in the page).
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from a2v.rendering.scene import LookSettings
 from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 
 _DARKEST = 0.3
-"""Least light that colours are divided by."""
+"""Least light that colors are divided by."""
 
 _GREY = 0.5
 """Albedo of the person on whom light is read."""
@@ -26,7 +26,7 @@ _SPREAD = 12
 """Rings of vertices that it is carried on beyond what is seen."""
 
 DIRECTED = 0.4
-"""Largest share of the light that comes from one direction: the colours of the photo hold its
+"""Largest share of the light that comes from one direction: the colors of the photo hold its
 shading already."""
 
 
@@ -49,7 +49,7 @@ class Place(Record):
         Left, top, right, bottom of the photo in `picture`.
     light : (V, 3) float32
         What these lights give the person's vertices in the photo's pose, irradiance over pi:
-        `without_light` takes it out of the colours.
+        `without_light` takes it out of the colors.
     """
 
     picture: ByteArray
@@ -98,7 +98,7 @@ def estimate_light(surface: Surface) -> LookSettings:
 
     Brightness over the seen vertices is fitted by a constant and a direction; what is bright or
     dark by itself averages out. The sum of all light is such that surfaces towards the camera keep
-    their colours.
+    their colors.
 
     Parameters
     ----------
@@ -150,10 +150,10 @@ def light_on(
     surface, vertices : Surface, (V, 3)
         The person, and where its vertices are in the world.
     camera, look, settings : ViewCamera, LookSettings, RenderSettings
-        A grey person is rendered with them, and its brightness read at each vertex.
+        A gray person is rendered with them, and its brightness read at each vertex.
     """
-    grey = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
-    bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=grey)
+    gray = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
+    bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=gray)
     cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), look).cutout(
         vertices, camera
     )
@@ -174,7 +174,7 @@ def light_on(
 
 
 def without_light(surface: Surface, light: FloatArray) -> Surface:
-    """A surface whose colours and texture are divided by the light (V, 3) on its vertices, linear,
+    """A surface whose colors and texture are divided by the light (V, 3) on its vertices, linear,
     so that under it it looks as before."""
     colors = linear_to_srgb(np.clip(srgb_to_linear(surface.colors) / light, 0, 1)).astype(
         np.float32

@@ -1,4 +1,4 @@
-"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colours. Not for
+"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colors. Not for
 videos."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class PreviewStyle:
     shaded : bool
         Dim by the angle to the camera.
     plain : bool
-        White clay instead of the colours: shows the shape.
+        White clay instead of the colors: shows the shape.
     background : tuple of 3 int
         sRGB where nothing is.
     """
@@ -52,9 +52,9 @@ def preview_surface(
     size : int
         Width and height, pixels.
     center : (3,), optional
-        Point in the middle of the picture, metres; default: the middle of the bounds.
+        Point in the middle of the picture, meters; default: the middle of the bounds.
     extent : float, optional
-        Width of what is seen, metres; default: the surface with a border.
+        Width of what is seen, meters; default: the surface with a border.
     style : PreviewStyle
 
     Returns

@@ -21,7 +21,7 @@ _STEP = 4
 
 _LOW = 0.15
 """What is lower than this throws shadows with edges so sharp that they want whole pixels,
-metres."""
+meters."""
 
 _NEAR = 1.4
 """Up to this many heights of the person away, ground is traced. Measured: beyond, what a person
@@ -141,7 +141,7 @@ def _shadows(
     vertices: FloatArray, camera: ViewCamera, look: LookSettings
 ) -> list[tuple[FloatArray, FloatArray]]:
     """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and
-    how far it spreads (V,), metres."""
+    how far it spreads (V,), meters."""
     above = np.maximum(
         np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32)
     )

@@ -55,12 +55,12 @@ class Renderer:
     Parameters
     ----------
     surface : Surface
-        Topology and colours: `texture` through `uv` where present, else vertex `colors`.
+        Topology and colors: `texture` through `uv` where present, else vertex `colors`.
     settings : RenderSettings
         `spp` is rounded up to what multi-jittered sampling can do (8, 16, 35 for 32, 64).
     look : LookSettings
     bsdf : dict or None
-        Mitsuba's material, with "surface" where the surface's colours go; None:
+        Mitsuba's material, with "surface" where the surface's colors go; None:
         `a2v.rendering.matter`'s with LLVM, else diffuse.
     extra : dict or None
         More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
@@ -297,7 +297,7 @@ class Renderer:
         Parameters
         ----------
         vertices : (V, 3) float
-            The surface's vertices in this frame, metres.
+            The surface's vertices in this frame, meters.
         camera : ViewCamera
 
         Returns

@@ -16,24 +16,24 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 _SIDE = 240
 """Side of the picture in which the floor is looked for, pixels."""
 _STOOD = 0.4
-"""The ground so far around the feet in the photo is floor, metres."""
+"""The ground so far around the feet in the photo is floor, meters."""
 _AROUND = 1.0
-"""The ground so far around them is floor unless its colours say otherwise, metres; what is farther
+"""The ground so far around them is floor unless its colors say otherwise, meters; what is farther
 is none unless they do."""
 _FARTHEST = 15.0
-"""Ground farther from the camera than this is not walked on, metres."""
+"""Ground farther from the camera than this is not walked on, meters."""
 _WIDTH = 0.3
-"""Half the width that a person takes, metres."""
+"""Half the width that a person takes, meters."""
 _ENTRANCE = 0.9
 """A clip that begins in the photo's pose turns into its own direction within this time, s."""
 _TURNS = np.radians(np.arange(-180, 180, 15))
 """Directions that are tried, radians."""
 _CURVES = np.array([0.0, 0.35, -0.35, 0.7, -0.7, 1.1, -1.1, 1.7, -1.7])
-"""Curvatures that are tried, radians a metre."""
+"""Curvatures that are tried, radians a meter."""
 _SHORTER = np.array([1.0, 0.6, 0.3, 0.1])
 """Shares of the way that are tried: less of it is walked on the spot."""
 _COSTS = (0.02, 0.08, 1.0)
-"""What a radian of turn, a radian a metre and a way that is wholly left out cost, beside frames
+"""What a radian of turn, a radian a meter and a way that is wholly left out cost, beside frames
 that are not allowed, which cost 10 together."""
 
 
@@ -47,7 +47,7 @@ class Spot(Record):
         By how much it is turned about the vertical through the root, radians, counter-clockwise
         seen from above.
     root, place : tuple of 2 float
-        Where the root is in the clip, and where it comes to, x and z, metres, world.
+        Where the root is in the clip, and where it comes to, x and z, meters, world.
     """
 
     turn: float
@@ -92,7 +92,7 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
     """Pixels of a picture without the person that show the floor on which they stood.
 
     What lies above the horizon cannot be ground; the ground around the feet is. Between the two
-    colours decide (GrabCut, OpenCV), and what is joined to the feet is the floor.
+    colors decide (GrabCut, OpenCV), and what is joined to the feet is the floor.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
     camera : ViewCamera
         Of the picture.
     stood : (2,)
-        Where the person stood, x and z, metres, world.
+        Where the person stood, x and z, meters, world.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
 
 
 def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
-    """The ground's x and z (S, S, 2), metres, under the pixels of a picture of `side` pixels, and
+    """The ground's x and z (S, S, 2), meters, under the pixels of a picture of `side` pixels, and
     which of them (S, S) show ground within 15 m."""
     reach = side / 2 / np.tan(np.radians(camera.fov) / 2)
     at = np.arange(side) + 0.5 - side / 2
@@ -155,7 +155,7 @@ def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:
 def standing_room(
     floor: BoolArray, camera: ViewCamera, frame: tuple[int, ...], size: int, tall: float
 ) -> Callable[[FloatArray], BoolArray]:
-    """Which places (N, 2), x and z, a person `tall` metres may stand on: on the `floor` (h, h), and
+    """Which places (N, 2), x and z, a person `tall` meters may stand on: on the `floor` (h, h), and
     wholly in the photo.
 
     `frame` is where the photo lies in the picture of `size` pixels (`Place.frame`).
@@ -197,7 +197,7 @@ def find_detour(
     Parameters
     ----------
     roots : (T, 2)
-        The root's x and z in the clip, metres; the first one stays where it is.
+        The root's x and z in the clip, meters; the first one stays where it is.
     allowed : callable
         Which places (N, 2) are allowed; the one where the clip begins counts as allowed.
     fps : float

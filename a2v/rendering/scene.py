@@ -22,7 +22,7 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 Triple = tuple[float, float, float]
 
 FINEST = 0.05
-"""Width of the finest patches of a mottled ground, metres: four texels."""
+"""Width of the finest patches of a mottled ground, meters: four texels."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,9 +37,9 @@ class LookSettings(Record):
     background : tuple of 3 float
         sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill
         light). The ground's albedo follows from it: far from the spot light's pool, lit ground has
-        just the backdrop's colour, so the horizon dissolves.
+        just the backdrop's color, so the horizon dissolves.
     zenith : tuple of 3 float or None
-        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's colour, it
+        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's color, it
         goes over into this one. None: the background's all around.
     haze : float
         How quickly: the sine of the elevation at which 63 % of the way is gone.
@@ -55,12 +55,12 @@ class LookSettings(Record):
     spot : tuple of 3 float
         Irradiance over pi (linear RGB) of the spot light at the character.
     spot_position : tuple of 3 float
-        Where it hangs relative to the point on the ground under the camera's target, metres: it
+        Where it hangs relative to the point on the ground under the camera's target, meters: it
         follows the character.
     spot_radius : float
-        Radius of its disk, metres: the softness of its shadows.
+        Radius of its disk, meters: the softness of its shadows.
     grid : float
-        Distance of the lines on the ground, metres, which show that the character travels; 0: no
+        Distance of the lines on the ground, meters, which show that the character travels; 0: no
         lines.
     grid_contrast : float
         How much darker the lines are than the ground.
@@ -68,9 +68,9 @@ class LookSettings(Record):
         Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of
         its albedo; 0: none.
     mottle_size : float
-        Width of its largest patches, metres; the finest are `FINEST`.
+        Width of its largest patches, meters; the finest are `FINEST`.
     ground_radius : float
-        Half the side of the ground, metres; the lines fade towards it.
+        Half the side of the ground, meters; the lines fade towards it.
     gloss : bool
         Skin and eyes shine, and light goes softly round skin (`a2v.rendering.matter`); else all is
         matt.
@@ -132,7 +132,7 @@ class LookSettings(Record):
         return sun_disk(np.array(self.sun_direction), self.sun_angle, np.array(self.sun))
 
     def spot_light(self, target: Triple = (0.0, 0.0, 0.0)) -> DiskLight:
-        """The spot light that follows `target`, metres (its place on the ground counts)."""
+        """The spot light that follows `target`, meters (its place on the ground counts)."""
         return spot_disk(
             np.array(self.spot_position),
             self.spot_radius,
@@ -187,7 +187,7 @@ class LookSettings(Record):
 
     def ground_at(self, place: FloatArray) -> FloatArray:
         """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in
-        metres."""
+        meters."""
         beyond = self.ground_albedo
         if self.ground is None:
             return np.broadcast_to(beyond, (*place.shape[:-1], 3))
@@ -258,7 +258,7 @@ def render_mesh(surface: Surface) -> RenderMesh:
 def mesh_object(
     mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None
 ) -> Any:
-    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colours as the string
+    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colors as the string
     "surface"."""
     textured = mesh.uv is not None and surface.texture is not None
     color: dict[str, Any]
@@ -411,7 +411,7 @@ def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
 
 
 def _texels(look: LookSettings, pixels: int) -> FloatArray:
-    """Where the ground's texels lie along a side, metres."""
+    """Where the ground's texels lie along a side, meters."""
     return (np.arange(pixels) + 0.5) / pixels * 2 * look.ground_radius - look.ground_radius
 
 

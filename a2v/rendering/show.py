@@ -140,10 +140,10 @@ def stick_mesh(motion: Motion) -> tuple[Surface, FloatArray]:
     Returns
     -------
     surface : Surface
-        Of the first frame; bones of the left, the right and the middle have the colours of stick
+        Of the first frame; bones of the left, the right and the middle have the colors of stick
         figures.
     frames : (T, V, 3) float32
-        Vertices of every frame, metres; clips of a batch stand a metre and a half apart.
+        Vertices of every frame, meters; clips of a batch stand a meter and a half apart.
     """
     from matplotlib.colors import to_rgb
 

@@ -12,11 +12,11 @@ from a2v.props import COLOR, Props
 from a2v.types import Surface
 
 _ROWS = 8
-"""Rows of texels in the props' colour, below a surface's own texture."""
+"""Rows of texels in the props' color, below a surface's own texture."""
 
 
 def with_props(surface: Surface, props: Props) -> Surface:
-    """A surface (V vertices) with those of the props behind its own, in their colour.
+    """A surface (V vertices) with those of the props behind its own, in their color.
 
     The same surface without props. What belongs to the surface alone (its face, its twins) keeps
     its meaning.

@@ -355,7 +355,7 @@ class _Lamps:
     squared over cosines; `fill` is the sky's light overhead, `rest` what the horizon's has more."""
 
     mi: Any
-    centre: tuple[Any, Any]
+    center: tuple[Any, Any]
     across: tuple[tuple[Any, Any], tuple[Any, Any]]
     normal: tuple[Any, Any]
     power: tuple[Any, Any]
@@ -383,7 +383,7 @@ class _Lamps:
             for v in (*(light.power for light in lights), overhead, look.fill - overhead)
         )
         return cls(
-            mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
+            mi=mi, center=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
             haze=None if look.zenith is None else _number(mi, -1 / look.haze),
         )  # fmt: skip
 
@@ -417,7 +417,7 @@ class _Lamps:
 
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
         way = (
-            self.centre[which]
+            self.center[which]
             + self.across[which][0] * disk.x
             + self.across[which][1] * disk.y
             - self.mi.Vector3f(si.p)
@@ -458,7 +458,7 @@ class _Lamps:
         total = light
         for which in (0, 1):
             toward = (
-                self.centre[which]
+                self.center[which]
                 + self.across[which][0] * disk.x
                 + self.across[which][1] * disk.y
                 - self.mi.Vector3f(si.p)

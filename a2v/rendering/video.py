@@ -108,7 +108,7 @@ def write_video(
             )
             if not started:
                 stream.height, stream.width = even.shape[:2]
-                # without these tags players guess the matrix by picture size, and colours shift
+                # without these tags players guess the matrix by picture size, and colors shift
                 (
                     context.color_primaries,
                     context.color_trc,

@@ -21,9 +21,9 @@ from a2v.rendering.camera import ViewCamera
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 HEIGHT = (1.4, 0.25)
-"""Usual height of a camera that sees a whole person, metres, and the spread of its logarithm."""
+"""Usual height of a camera that sees a whole person, meters, and the spread of its logarithm."""
 DISTANCE = (3.8, 0.45)
-"""Usual distance of such a camera, metres, and the spread of its logarithm."""
+"""Usual distance of such a camera, meters, and the spread of its logarithm."""
 
 TOLD = 0.15
 """Spread of the logarithm of a distance that follows from the focal length in the file: photos are
@@ -36,30 +36,30 @@ SLOPE = 0.13
 _DOWN = -0.6
 """Largest y of a sole's normals."""
 _RAISED = 0.12
-"""A foot that is so much higher than the lowest stands on nothing, metres."""
+"""A foot that is so much higher than the lowest stands on nothing, meters."""
 
 _CLOSE = 0.7
-"""The camera is at least so far before what of the person is next to it, metres."""
+"""The camera is at least so far before what of the person is next to it, meters."""
 
 _FILM = 43.27
-"""Diagonal of 35 mm film, millimetres."""
+"""Diagonal of 35 mm film, millimeters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Viewpoint:
-    """Of a camera before the person: height over distance, and distance over the floor, metres."""
+    """Of a camera before the person: height over distance, and distance over the floor, meters."""
 
     slope: float
     distance: float
 
     @property
     def height(self) -> float:
-        """Over the ground, metres."""
+        """Over the ground, meters."""
         return self.slope * self.distance
 
 
 def soles_slope(surface: Surface, feet: Sequence[BoolArray]) -> float | None:
-    """How far soles fall towards the camera, metres a metre; None where none is flat or they are
+    """How far soles fall towards the camera, meters a meter; None where none is flat or they are
     too short to tell.
 
     Parameters
@@ -91,7 +91,7 @@ def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoi
     slope : float or None
         `soles_slope`.
     told : float or None
-        Distance by the file's focal length, metres (`told_distance`).
+        Distance by the file's focal length, meters (`told_distance`).
     """
     tangent, far = np.meshgrid(
         np.linspace(0.02, 0.9, 177), np.geomspace(1.5, 20, 131), indexing="ij"
@@ -108,7 +108,7 @@ def find_viewpoint(slope: float | None, *, told: float | None = None) -> Viewpoi
 
 
 def told_distance(focal: float, subject: Subject, camera: OrthographicCamera) -> float:
-    """How far away, metres, a camera of `focal` (mm, as for 35 mm film) was, by how large the
+    """How far away, meters, a camera of `focal` (mm, as for 35 mm film) was, by how large the
     person is in the photo."""
     return focal / _FILM * math.hypot(*subject.photo_size) / _scale(subject, camera)
 
@@ -162,7 +162,7 @@ def perspective_camera(
         focal = _scale(subject, camera) * distance * float(np.cos(ray) / np.cos(pitch + ray))
     down = np.tan(
         pitch + np.arctan((pixels[:, 1] - side / 2) / focal)
-    )  # of the rays, a metre over the floor
+    )  # of the rays, a meter over the floor
     depth = away * (np.cos(pitch) + np.sin(pitch) * down)
     aside = (pixels[:, 0] - side / 2) / focal * depth
     height = float((away * down).max())
@@ -175,7 +175,7 @@ def perspective_camera(
 
 
 def _scale(subject: Subject, camera: OrthographicCamera) -> float:
-    """Pixels of the photo a metre."""
+    """Pixels of the photo a meter."""
     left, _, right, _ = subject.crop
     return camera.scale * (right - left) / subject.image.shape[1]
 
@@ -191,7 +191,7 @@ def _in_square(subject: Subject, camera: OrthographicCamera, points: FloatArray)
 
 
 NEAR = 0.3
-"""So far from the photo's pose and place, metres (root mean square over the vertices), what
+"""So far from the photo's pose and place, meters (root mean square over the vertices), what
 `perspective_camera` moves has faded to a third."""
 
 

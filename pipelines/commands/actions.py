@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from a2v.motion.catalog import LICENCES, NAMES, SOURCES, Catalog, catalog
+from a2v.motion.catalog import LICENSES, NAMES, SOURCES, Catalog, catalog
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.plan import AUTO
 from a2v.motion.vocabulary import Vocabulary
@@ -13,10 +13,10 @@ from pipelines.answer import Answer
 from pipelines.options import option
 from pipelines.requests.motion import MODEL, open_model
 
-HELP = "List what can be asked for, by theme with source and licence; of one --model the names, one a line."
+HELP = "List what can be asked for, by theme with source and license; of one --model the names, one a line."
 EXAMPLES = """examples:
   a2v actions
-  a2v actions --licence free                     without what is for research only
+  a2v actions --license free                     without what is for research only
   a2v actions --model humanact12
   a2v actions --find "sneaking thief"            what it would take that for, and what comes near"""
 
@@ -30,8 +30,8 @@ class Options:
     """What the command takes."""
 
     model: str = option(MODEL, default=AUTO)
-    licence: str = option(
-        "any, or free: without what is for research only", default=LICENCES[0], choices=LICENCES
+    license: str = option(
+        "any, or free: without what is for research only", default=LICENSES[0], choices=LICENSES
     )
     find: str = option("words to look for", default="", metavar="TEXT")
 
@@ -44,12 +44,12 @@ def run(options: Options) -> Answer:
             _nearest(Vocabulary.of(card), options.find) if options.find else card.actions
         )
         return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
-    known = catalog(options.licence, SOURCES if options.model == AUTO else (CLIPS,))
+    known = catalog(options.license, SOURCES if options.model == AUTO else (CLIPS,))
     if options.find:
         found = _nearest(known.vocabulary, options.find)
         return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
     told = {
-        entry.name: {"theme": entry.theme, "source": entry.sources[0], "licence": entry.licence}
+        entry.name: {"theme": entry.theme, "source": entry.sources[0], "license": entry.license}
         for entry in known.entries
     }
     return Answer(
@@ -71,7 +71,7 @@ def _listed(known: Catalog) -> str:
                 [
                     theme.upper(),
                     *(
-                        f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.licence})"
+                        f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.license})"
                         for entry in entries
                     ),
                 ]

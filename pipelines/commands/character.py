@@ -40,11 +40,11 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
-  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimetres; a2v doctor says what it needs
+  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimeters; a2v doctor says what it needs
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
-  a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
-  a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
+  a2v character --photo me.jpg --actions Walk --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
+  a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --license-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
@@ -74,8 +74,8 @@ class Options:
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions, "files for other tools")
     author: str = option("of a .vrm: who made the avatar", default="")
-    licence_url: str = option(
-        "of a .vrm: address of the licence that you grant", default="", metavar="URL"
+    license_url: str = option(
+        "of a .vrm: address of the license that you grant", default="", metavar="URL"
     )
     vrm: str = option(
         "of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer",
@@ -100,7 +100,7 @@ def run(options: Options) -> Answer:
         path,
         options.rigging,
         author=options.author,
-        licence_url=options.licence_url,
+        license_url=options.license_url,
         edition=options.vrm,
     )
     wanted = _wanted(options, path)
@@ -222,7 +222,7 @@ def write_animated(
 
 
 def avatar_of(
-    path: Path, rigging: RigOptions, *, author: str, licence_url: str, edition: str = EDITIONS[0]
+    path: Path, rigging: RigOptions, *, author: str, license_url: str, edition: str = EDITIONS[0]
 ) -> VrmMeta | None:
     """What a ``.vrm`` says about itself; None for other files.
 
@@ -235,7 +235,7 @@ def avatar_of(
         writer_of(path, FORMATS)
         return None
     check_avatar(rigging)
-    return VrmMeta(name=path.stem, author=author, licence_url=licence_url, edition=edition)
+    return VrmMeta(name=path.stem, author=author, license_url=license_url, edition=edition)
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:

@@ -22,7 +22,7 @@ EXAMPLES = """examples:
   a2v reconstruct --photo me.png --mask mask.png --keypoints openpose.json --out me.glb
   a2v reconstruct --photo me.jpg --triangles 20000 --lods 8000 --compress meshopt --out me.glb      for a game; 0: all triangles
 
-The file is in metres, y up; the camera is on +z looking down -z, so the photo is the orthographic front view of the mesh."""
+The file is in meters, y up; the camera is on +z looking down -z, so the photo is the orthographic front view of the mesh."""
 
 
 @dataclass(frozen=True, kw_only=True)

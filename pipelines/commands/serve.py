@@ -119,7 +119,7 @@ def compute() -> None:
         request: VideoRequest, clip: str, target: Path, rig: str, running: RunOptions
     ) -> list[Path]:
         rigging = RigOptions(rig=rig)
-        avatar = character.avatar_of(target, rigging, author="", licence_url="")
+        avatar = character.avatar_of(target, rigging, author="", license_url="")
         animated = character.animate(
             request.person, {clip: request.motion}, running, deform=None, folder=target.parent
         )

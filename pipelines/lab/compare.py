@@ -48,8 +48,8 @@ EXAMPLES = """examples:
 
 Methods are the backends of a2v reconstruct, and three that show what these bring: warp moves the photo's pixels with the posed body, in two
 dimensions; liquid is Liquid Warping GAN with your own files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the
-backend's surface the photo's colours in front and, mirrored, behind.
---survey writes a page that asks people to rank the videos; a2v survey --analyse reads the answers."""
+backend's surface the photo's colors in front and, mirrored, behind.
+--survey writes a page that asks people to rank the videos; a2v survey --analyze reads the answers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,8 +142,8 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
 
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
-    """The backend's surface in the photo's colours, mirrored behind, instead of the pipeline's
-    colours."""
+    """The backend's surface in the photo's colors, mirrored behind, instead of the pipeline's
+    colors."""
     from a2v.reconstruction.colorings import color_mirrored
 
     outcome = options.running.run(

@@ -17,7 +17,7 @@ EXAMPLES = """examples:
   a2v data humanact12 --data HumanAct12.zip
   a2v data cmu --data ../shared/data --full CMU             CMU's whole data base: CMU/01/01.asf, CMU/01/01_01.amc or .bvh...
   a2v data bvh --data my_actions                            my_actions/walk/*.bvh, my_actions/jump/*.bvh...
-  a2v data bvh --data my_actions --bvh.fps 30 --bvh.units centimetres"""
+  a2v data bvh --data my_actions --bvh.fps 30 --bvh.units centimeters"""
 
 
 @dataclass(frozen=True, kw_only=True)

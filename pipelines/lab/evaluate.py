@@ -86,7 +86,7 @@ class Options(DataOptions):
         "actions to measure each by itself too, with commas (500 clips)", default=""
     )
     each_action: int = option(
-        "clips of every action for a table of how each is recognised and how much it repeats its clips",
+        "clips of every action for a table of how each is recognized and how much it repeats its clips",
         default=0,
     )
     stand: int = option(

@@ -1,4 +1,4 @@
-"""``a2v survey``: make a user study, or analyse its answers."""
+"""``a2v survey``: make a user study, or analyze its answers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from a2v.io import atomic_path
 from a2v.lab.datasets import load_dataset
 from a2v.lab.evaluation.baselines import baseline_motions, open_baseline
 from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
-from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
+from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.motion import MotionModel
 from a2v.motion.model import plain_name
 from a2v.rendering.stickfigure import plot_rows, save_figure
@@ -32,10 +32,10 @@ EXAMPLES = """examples:
   a2v survey --model cmu --model mine.onnx --real-or-fake 0 --out survey.html          two models, no data
   a2v survey --model cmu --motions theirs=walks.npz --real-or-fake 0 --out survey.html  motions of another system
   a2v survey --model humanact12-lie --model runs/condgru/baseline.pt --dataset humanact12 --data ../shared/data --action run --out rows.png
-  a2v survey --analyse answers*.json --key survey.key.json --out result.md
+  a2v survey --analyze answers*.json --key survey.key.json --out result.md
 
 Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key from participants. Each
-participant saves a file of answers at the end; --analyse counts them and writes the table, with the numbers as JSON beside it."""
+participant saves a file of answers at the end; --analyze counts them and writes the table, with the numbers as JSON beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,12 +57,12 @@ class Options:
     data: str | None = option("folder or archive that holds it", default=None)
     action: str | None = option("actions to ask about, with commas; all by default", default=None)
     frames: int = option("frames a clip", default=60)
-    analyse: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
+    analyze: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
     key: str | None = option(
         "the key that was written beside the page", default=None, metavar="FILE"
     )
     out: str | None = option(
-        "the .html to write, or a .png or .svg of the clips alone; with --analyse the .md",
+        "the .html to write, or a .png or .svg of the clips alone; with --analyze the .md",
         default=None,
     )
     survey: SurveySettings = group(SurveySettings)
@@ -70,10 +70,10 @@ class Options:
 
 def run(options: Options) -> Answer:
     """Write the page, or count the answers."""
-    if options.analyse:
+    if options.analyze:
         return _analyse(options)
     if options.out is None:
-        raise InputError("give --out survey.html, or answers to --analyse")
+        raise InputError("give --out survey.html, or answers to --analyze")
     chosen = options.survey
     picture = Path(options.out).suffix in (".png", ".svg")
     sources = _sources(options, 1 if picture else chosen.preference + chosen.real_or_fake)
@@ -220,7 +220,7 @@ def _analyse(options: Options) -> Answer:
     if out is not None and out.suffix != ".md":
         raise InputError(f"cannot write {out}; expected a name that ends in .md")
     key = read_key(options.key)
-    result = analyse(key, [read_answers(path, key) for path in options.analyse])
+    result = analyze(key, [read_answers(path, key) for path in options.analyze])
     table = survey_table(result)
     text, files = table, []
     if out is not None:

@@ -20,7 +20,7 @@ EXAMPLES = """examples:
   a2v train flow --dataset bvh --data my_actions --out runs/mine          your own: my_actions/walk/*.bvh, my_actions/jump/*.bvh...
   a2v train classifier --dataset bvh --data my_actions --out runs/classifier            what a2v evaluate measures them with
   a2v train flow --dataset humanact12 --data ../shared/data --held-out P03,P10 --out runs/unseen
-  a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colours
+  a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colors
   a2v train bodymap --data ../shared/data --out runs/bodymap        makes its own views first
 
 OUT gets a checkpoint every few minutes, log.csv and, at the end, the trained files. The same command resumes a run that was stopped."""

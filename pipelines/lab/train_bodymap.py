@@ -37,8 +37,8 @@ class Options:
         "views of people, clothes and clips that training never shows, in all", default=192
     )
     workers: int = option("processes that make views, each on one core", default=1)
-    licence: str = option(
-        "licence of the weights, kept in the exported file", default="see the data set's licence"
+    license: str = option(
+        "license of the weights, kept in the exported file", default="see the data set's license"
     )
     blend: float = option(
         "share of the trained weights in the exported file; the rest are those of the file of bodymap.initial",
@@ -85,7 +85,7 @@ def run(options: Options) -> Answer:
     path = export_bodymap(
         out,
         out,
-        licence=options.licence,
+        license=options.license,
         blend=options.blend,
         initial=options.bodymap.initial,
         extra=extra,

@@ -56,6 +56,6 @@ def run(options: Options) -> Answer:
         temperature=options.temperature,
     )
     export_flow(
-        model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=sampling
+        model, dataset, out / "motion.onnx", license=options.license, extra=extra, sampling=sampling
     )
     return Answer(files=[out / "motion.onnx"])

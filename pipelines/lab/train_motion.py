@@ -63,7 +63,7 @@ def run(options: Options) -> Answer:
         model,
         dataset,
         out / "motion.onnx",
-        licence=options.licence,
+        license=options.license,
         temperature=options.temperature,
         extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}} | unseen,
     )

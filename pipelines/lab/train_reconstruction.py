@@ -15,9 +15,9 @@ from pipelines.answer import Answer
 from pipelines.lab.training import RESUMES, Show, training_bar
 from pipelines.options import option, settings
 
-HELP = "Train the networks that reconstruct a person from a photo: shape, then detail and colours."
+HELP = "Train the networks that reconstruct a person from a photo: shape, then detail and colors."
 EXAMPLES = f"""examples:
-  a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colours
+  a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colors
 
 OUT gets a folder a stage and, when it has all of them, the files for a2v video --implicit.weights OUT.
 {RESUMES}"""
@@ -30,8 +30,8 @@ class Options:
     data: str = option("folder that a2v studio wrote")
     out: str = option("folder of the run")
     stages: str = option("which networks to train, in this order", default="shape,detail,color")
-    licence: str = option(
-        "licence of the weights, kept in the exported files", default="see the data set's licence"
+    license: str = option(
+        "license of the weights, kept in the exported files", default="see the data set's license"
     )
     network: NetworkSettings = settings(NetworkSettings)
     person: ReconstructionSettings = settings(ReconstructionSettings)
@@ -67,7 +67,7 @@ def run(options: Options) -> Answer:
     if all((out / stage).is_dir() for stage in STAGES):
         return Answer(
             files=export_reconstruction(
-                out, out, licence=options.licence, extra={"training": vars(chosen)}
+                out, out, license=options.license, extra={"training": vars(chosen)}
             )
         )
     return Answer(files=[out])

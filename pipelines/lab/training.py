@@ -31,8 +31,8 @@ class LearningOptions(DataOptions):
 class MotionModelOptions(LearningOptions):
     """Those and what the exported motion model says and does."""
 
-    licence: str = option(
-        "licence of the weights, kept in the exported file", default="see the data set's licence"
+    license: str = option(
+        "license of the weights, kept in the exported file", default="see the data set's license"
     )
     temperature: float = option(
         "of the exported model's noise; below 1: more typical, less varied", default=1.0

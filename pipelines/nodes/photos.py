@@ -1,5 +1,5 @@
 """From several photos of one person to one character: what takes the place of the nodes between the
-photo and its colours."""
+photo and its colors."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def colored_by_photos(
     surface_fit: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `colored_surface`: each place in the colours of the photo that saw it best."""
+    """As `colored_surface`: each place in the colors of the photo that saw it best."""
     return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
 
 

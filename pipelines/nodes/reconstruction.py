@@ -1,4 +1,4 @@
-"""From the fitted body to a surface with the photo's colours."""
+"""From the fitted body to a surface with the photo's colors."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def colored_surface(
     photo_camera: Ref[PhotoCamera],
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is
+    """Project the photo on what it sees and color the rest (Eq. 14); the fitted body says what is
     the head."""
     return put(_colored(surface_with_face, subject, body, photo_camera, color))
 

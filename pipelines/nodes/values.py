@@ -42,7 +42,7 @@ class Poses(Record):
     Attributes
     ----------
     bone_transforms : (T, B, 4, 4) float32
-        World from bone, metres.
+        World from bone, meters.
     fps : float
     action : str
     expressions : strengths (T,) float32 by ARKit's names
@@ -69,7 +69,7 @@ class Pose(Record):
     Attributes
     ----------
     bone_transforms : (B, 4, 4) float32
-        World from bone, metres.
+        World from bone, meters.
     expressions : strengths () float32 by ARKit's names
     """
 
@@ -87,7 +87,7 @@ class Vertices(Record):
     Attributes
     ----------
     vertices : (V, 3) float32
-        World, metres.
+        World, meters.
     """
 
     vertices: FloatArray
@@ -119,7 +119,7 @@ class Image(Record):
 
     @property
     def pixels(self) -> ByteArray:
-        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light grey (videos have no
+        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light gray (videos have no
         alpha channel)."""
         import PIL.Image
 

@@ -41,7 +41,7 @@ class FilmRequest(Request):
         metavar="WHAT",
     )
     background: str = option(
-        "stage, transparent, a colour, an image file, or photo (adds photo.mp4)",
+        "stage, transparent, a color, an image file, or photo (adds photo.mp4)",
         default=_LOOK.background,
         metavar="WHAT",
     )
@@ -125,7 +125,7 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
         return f"#{red:02x}{green:02x}{blue:02x}", None
     if not Path(asked).is_file():
         raise InputError(
-            f"background '{asked}' is no file; expected stage, photo, transparent, a colour such as #30506f, or an image"
+            f"background '{asked}' is no file; expected stage, photo, transparent, a color such as #30506f, or an image"
         )
     data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
     decode_photo(data, Path(asked).name)  # or an error before anything long runs

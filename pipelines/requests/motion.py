@@ -18,7 +18,7 @@ from a2v.footage import FollowSettings
 from a2v.formats.registry import readable_motions
 from a2v.io import shorten
 from a2v.kinematics.resample import SHOWN_FPS
-from a2v.motion.catalog import LICENCES
+from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
 from pipelines.engine.graph import Parameters
 from pipelines.engine.store import File
@@ -118,7 +118,7 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
             return plan_motion(
                 action,
                 model=asked.model,
-                licence=asked.licence,
+                license=asked.license,
                 timeline=asked.timeline,
                 directed=directed,
             )
@@ -206,10 +206,10 @@ class WayOptions:
     """Where a motion goes, and what is on its way (docs/motion.md)."""
 
     path: str | None = option(
-        "go along this: points 'x,z x,z ...' in metres, or a .csv, .yaml or .svg file", default=None
+        "go along this: points 'x,z x,z ...' in meters, or a .csv, .yaml or .svg file", default=None
     )
     pace: float | None = option(
-        "metres a second along --path; by default as fast as the action goes",
+        "meters a second along --path; by default as fast as the action goes",
         default=None,
         rare=True,
     )
@@ -235,7 +235,7 @@ class WayOptions:
         "the last pose, likewise", default=None, metavar="FILE", rare=True
     )
     hold: str | None = option(
-        "joints that are held: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...', metres and seconds; 'left_wrist body ...' from the root",
+        "joints that are held: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...', meters and seconds; 'left_wrist body ...' from the root",
         default=None, metavar="WHAT", rare=True,
     )  # fmt: skip
 
@@ -281,10 +281,10 @@ class LengthOptions:
     """By which model, for how long, and which performance."""
 
     model: str = option(MODEL, default=AUTO)
-    licence: str = option(
+    license: str = option(
         "any, or free: without what is for research only (HumanAct12)",
-        default=LICENCES[0],
-        choices=LICENCES,
+        default=LICENSES[0],
+        choices=LICENSES,
         rare=True,
     )
     seconds: float | None = option(SECONDS, default=None)

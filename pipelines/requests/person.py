@@ -82,7 +82,7 @@ class PersonStages:
         rare=True,
     )
     pifu_color: str = option(
-        "PIFu's net_C, likewise: colours of what the photo does not show",
+        "PIFu's net_C, likewise: colors of what the photo does not show",
         default="",
         metavar="FILE",
         rare=True,
@@ -94,7 +94,7 @@ class PersonStages:
         rare=True,
     )
     pamir_texture: str = option(
-        "PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True
+        "PaMIR's checkpoint for colors, likewise", default="", metavar="FILE", rare=True
     )
     perception: PerceptionSettings = settings(
         PerceptionSettings, users=("confidence", "max_side", "face", "hands")

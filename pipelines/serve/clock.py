@@ -28,7 +28,7 @@ PRIOR: Mapping[str, float] = {
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
-    "colored_surface": "Colouring the unseen sides", "shaded_surface": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "frame_settings": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
+    "colored_surface": "Coloring the unseen sides", "shaded_surface": "Coloring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "frame_settings": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
     "vertices": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "engine_character": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
 }  # fmt: skip
 

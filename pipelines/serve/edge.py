@@ -1,4 +1,4 @@
-"""What comes in from a browser or from an old record: text is normalised and checked here, once,
+"""What comes in from a browser or from an old record: text is normalized and checked here, once,
 and bodies are bounded."""
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ SIDE = 420
 """Height of a picture, pixels."""
 ANGLES = (-25.0, 155.0)
 """Where a surface is looked at from, degrees: half from before and half from behind."""
-_GROUND = (255, 0, 255)  # where nothing is: no colour of clay
+_GROUND = (255, 0, 255)  # where nothing is: no color of clay
 _CLAY = 0.8
 
 
@@ -55,8 +55,8 @@ def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteAr
     height, width = subject.image.shape[:2]
     side = max(height, width)
     middle = camera.flat.unproject(np.array([width / 2, height / 2]), 0.0)
-    grey = np.full((len(body.vertices), 3), _CLAY, np.float32)
-    mesh = Surface(vertices=camera.flatten(body.vertices), faces=body.faces, colors=grey)
+    gray = np.full((len(body.vertices), 3), _CLAY, np.float32)
+    mesh = Surface(vertices=camera.flatten(body.vertices), faces=body.faces, colors=gray)
     clay = preview_surface(
         mesh,
         size=SIDE,

@@ -64,7 +64,7 @@ class Wish:
         One of `ASPECTS`.
     camera : "follow" or "still"
     path : str
-        Points ``x,z x,z ...`` on the ground to go along, metres; empty for none.
+        Points ``x,z x,z ...`` on the ground to go along, meters; empty for none.
     """
 
     action: str
@@ -113,11 +113,11 @@ class Wish:
             r"stage|transparent|photo|#[0-9a-f]{6}", self.background
         ):
             raise InputError(
-                f"background is {brief(self.background)}; expected stage, transparent, photo or a colour such as #30506f"
+                f"background is {brief(self.background)}; expected stage, transparent, photo or a color such as #30506f"
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
-                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in metres, each at most 99.99"
+                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in meters, each at most 99.99"
             )
         for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
             if getattr(self, name) not in known:

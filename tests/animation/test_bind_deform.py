@@ -209,7 +209,7 @@ def test_triangle_that_is_turned_stays_itself() -> None:
 
 def test_stretched_triangle_has_the_known_answer() -> None:
     # all three corners pulled softly to a triangle twice as large: by symmetry it scales by s about
-    # its centre, with minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2, r^2 = L^2
+    # its center, with minimum of 2 k 3 (s - 1)^2 L^2 + c 3 r^2 (2 - s)^2; k = cot(60)/2, r^2 = L^2
     # / 3
     angle = np.deg2rad([90, 210, 330])
     vertices = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
@@ -335,7 +335,7 @@ def test_rotations_agree_with_the_decomposition() -> None:
     wanted = rotvec_to_rotmat(random.normal(0, 2, (500, 3)))
     size = random.normal(0, 1, (500, 3, 3))
     spd = size @ np.swapaxes(size, 1, 2) + 0.1 * np.eye(3)
-    spd[:100, :, 2] = spd[:100, 2, :] = 0  # flat neighbourhoods
+    spd[:100, :, 2] = spd[:100, 2, :] = 0  # flat neighborhoods
     matrices = wanted @ spd
     near = wanted @ rotvec_to_rotmat(random.normal(0, 0.2, (500, 3)))
     best = np.einsum("nab,nab->n", nearest_rotations(matrices), matrices)

@@ -90,7 +90,7 @@ def test_the_face_keeps_more_than_the_rest(textured: Character) -> None:
 
 
 def test_materials_are_told_apart(textured: Character) -> None:
-    """With skin of one colour on face and hands and blue clothes elsewhere."""
+    """With skin of one color on face and hands and blue clothes elsewhere."""
     parts = textured.parts
     head, hands = on_parts(parts, "head"), on_parts(parts, "left_hand", "right_hand")
     colors = np.where((head | hands)[:, None], [0.8, 0.6, 0.5], [0.2, 0.3, 0.7]).astype(np.float32)

@@ -55,7 +55,7 @@ def feet(transforms: np.ndarray, body: Body) -> np.ndarray:
 
 
 def depth(transforms: np.ndarray, body: Body) -> np.ndarray:
-    """Depth (T,) under the ground of points all over the skin, metres."""
+    """Depth (T,) under the ground of points all over the skin, meters."""
     return np.maximum(-place(rig_of(body).skin, transforms.astype(np.float64))[..., 1].min(-1), 0)
 
 

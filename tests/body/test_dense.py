@@ -27,7 +27,7 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     assert len(found.vertex_ids) == 400
     skin = torch.from_numpy(body.vertices[found.vertex_ids].astype(np.float64))
     gap = np.linalg.norm(camera.project(skin.numpy()) - found.pixels, axis=1)
-    assert np.median(gap) < 0.01 * height  # vertices are some centimetres apart
+    assert np.median(gap) < 0.01 * height  # vertices are some centimeters apart
     weights = torch.from_numpy(found.depth_weights)
 
     def deep(moved: torch.Tensor) -> float:

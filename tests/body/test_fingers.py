@@ -18,7 +18,7 @@ LETTERS = (".L", ".R")
 
 
 def landmarks(points: np.ndarray) -> np.ndarray:
-    """What the detector would see of points (21, 3), metres."""
+    """What the detector would see of points (21, 3), meters."""
     seen = np.ones((21, 4), np.float32)
     seen[:, :2] = CAMERA.project(points)
     seen[:, 2] = CAMERA.scale * (points[:, 2] - points[0, 2])

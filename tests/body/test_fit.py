@@ -181,7 +181,7 @@ def test_the_surface_puts_the_joints_in_place(
     body, subject, camera, photo = standing
     vertices = body.vertices + 0.01 * vertex_normals(
         body.vertices, body.faces
-    )  # a centimetre of clothes
+    )  # a centimeter of clothes
     surface = Surface(
         vertices=vertices.astype(np.float32), faces=body.faces, colors=np.full_like(vertices, 0.5)
     )

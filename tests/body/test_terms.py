@@ -89,7 +89,7 @@ def test_rasterised_depth_is_the_surface() -> None:
     raster = rasterize(vertices, np.array([[0, 1, 2]], dtype=np.int32), camera, (40, 40))
     assert raster["mask"].sum() == pytest.approx(
         200, rel=0.06
-    )  # two square metres at 100 pixels each
+    )  # two square meters at 100 pixels each
     np.testing.assert_allclose(raster["depth"][raster["mask"]], 0.5, atol=1e-5)
     assert raster["mask"][25, 20]
     assert not raster["mask"][35, 20]

@@ -28,7 +28,7 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
         network.out.weight.normal_(0, 0.05)  # fresh ones say nothing
         round_to_stored(network)
     path = tmp_path / FILE.name
-    export_network(network, path, licence="Apache-2.0", extra={"seed": 1})
+    export_network(network, path, license="Apache-2.0", extra={"seed": 1})
     assert path.stat().st_size < 10e6
     said = json.loads(
         next(item.value for item in onnx.load(path).metadata_props if item.key == "a2v")
@@ -71,7 +71,7 @@ def test_blended_weights_lie_between_and_are_folded_alike(tmp_path: Path) -> Non
     )
     for blend, initial, match in ((0.0, "shipped", "expected a share"), (0.5, "", "give it too")):
         with pytest.raises(InputError, match=match):
-            export_bodymap(tmp_path, tmp_path, licence="", blend=blend, initial=initial)
+            export_bodymap(tmp_path, tmp_path, license="", blend=blend, initial=initial)
 
 
 def test_the_command_trains_on_what_is_there_and_writes_the_file(

@@ -90,7 +90,7 @@ def test_usage_and_contents_are_printed(empty):
     assert "--action" in run(empty, "sample.py", "--help").stdout
     said = run(empty, "sample.py", "model.onnx").stdout
     assert "warm_up" in said
-    assert "licence" in said
+    assert "license" in said
 
 
 def test_the_file_alone_makes_the_same_motions_as_the_library(empty):

@@ -42,7 +42,7 @@ def exported(request, tmp_path_factory):
     torch.manual_seed(3)
     model = MotionVAE(dataset.skeleton, 2, request.param).eval()
     path = tmp_path_factory.mktemp("export") / f"{request.param.decoder}.onnx"
-    export_motion(model, dataset, path, licence="Apache-2.0")
+    export_motion(model, dataset, path, license="Apache-2.0")
     return model, MotionModel.load(path)
 
 

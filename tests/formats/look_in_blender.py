@@ -40,7 +40,7 @@ def heads(armature, action, first):
 
 
 def shapes(meshes):
-    """By name how far the shape keys of the meshes move a vertex at most, metres."""
+    """By name how far the shape keys of the meshes move a vertex at most, meters."""
     found = {}
     for mesh in meshes:
         scale = mesh.matrix_world.to_scale()[0]
@@ -96,7 +96,7 @@ told["glb"] = {
 }
 armature = opened(
     bpy.ops.import_anim.bvh, filepath=bvh, axis_forward="-Z", axis_up="Y", global_scale=0.01
-)  # centimetres
+)  # centimeters
 (action,) = bpy.data.actions
 told["bvh"] = {
     "bones": len(armature.data.bones),

@@ -34,7 +34,7 @@ told["bones"] = {
 told["meta"] = {
     "name": vrm.meta.vrm_name,
     "authors": [one.value for one in vrm.meta.authors],
-    "licence": vrm.meta.other_license_url,
+    "license": vrm.meta.other_license_url,
     "look_at": vrm.look_at.type,
 }
 told["presets"] = {

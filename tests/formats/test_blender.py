@@ -101,7 +101,7 @@ def test_the_glb_has_our_bones_clips_frames_hands_and_shapes(
 
 
 def check_shapes(told: dict[str, float], person: Character) -> None:
-    """Shape keys have our names and reach as far as ours, metres."""
+    """Shape keys have our names and reach as far as ours, meters."""
     face = person.surface.face
     assert face is not None
     assert set(told) == set(face.names)
@@ -122,7 +122,7 @@ def test_the_fbx_has_our_height_bones_clips_frames_and_shapes(
     assert told["images"] == 1
     assert told["height"] == pytest.approx(
         float(expressive.surface.vertices[:, 1].max()), abs=1e-3
-    )  # centimetres are understood
+    )  # centimeters are understood
     assert {name for name in clips if any(name in action for action in told["clips"])} == set(clips)
     for action, clip in told["clips"].items():
         moves = next(moves for name, (moves, _) in clips.items() if name in action)

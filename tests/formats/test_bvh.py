@@ -26,7 +26,7 @@ from tests.support.motions import random_clip
 def test_round_trip_keeps_joints_and_turns(tmp_path: Path, skeleton: Skeleton) -> None:
     motion = random_clip(skeleton)
     write_bvh(tmp_path / "m.bvh", motion)
-    back = read_bvh(tmp_path / "m.bvh", units="centimetres", up="y")
+    back = read_bvh(tmp_path / "m.bvh", units="centimeters", up="y")
     assert back.skeleton == skeleton.name
     assert back.joint_names == motion.joint_names
     assert back.fps == motion.fps
@@ -40,7 +40,7 @@ def test_bones_that_change_length_survive(tmp_path: Path) -> None:
     motion = random_clip(CMU, stretch=0.05)
     write_bvh(tmp_path / "m.bvh", motion)
     np.testing.assert_allclose(
-        read_bvh(tmp_path / "m.bvh", units="centimetres", up="y").joints, motion.joints, atol=1e-4
+        read_bvh(tmp_path / "m.bvh", units="centimeters", up="y").joints, motion.joints, atol=1e-4
     )
 
 
@@ -49,7 +49,7 @@ def test_joints_alone_are_enough(tmp_path: Path) -> None:
     bare = dataclasses.replace(motion, rotations=np.zeros_like(motion.rotations))
     write_bvh(tmp_path / "m.bvh", bare)
     np.testing.assert_allclose(
-        read_bvh(tmp_path / "m.bvh", units="centimetres", up="y").joints, motion.joints, atol=1e-4
+        read_bvh(tmp_path / "m.bvh", units="centimeters", up="y").joints, motion.joints, atol=1e-4
     )
 
 
@@ -96,9 +96,9 @@ def tiny(
     return "\n".join([*lines, data, data]) + "\n"
 
 
-def test_reads_text_and_guesses_centimetres() -> None:
+def test_reads_text_and_guesses_centimeters() -> None:
     motion = read_bvh(tiny())
-    assert motion.provenance["units"] == "centimetres"
+    assert motion.provenance["units"] == "centimeters"
     assert motion.provenance["up"] == "y"
     assert motion.fps == 30
     assert "LeftFoot_end" in motion.joint_names
@@ -168,13 +168,13 @@ def test_z_up_files_are_turned() -> None:
 
 def test_units_can_be_given_or_are_guessed() -> None:
     assert read_bvh(tiny(), units="inches").joints[0, 0, 1] == pytest.approx(90 * 0.0254)
-    metres = "\n".join(
+    meters = "\n".join(
         "OFFSET " + " ".join(str(float(w) / 100) for w in line.split()[1:])
         if line.startswith("OFFSET")
         else line
         for line in tiny().replace("0 90 0 0 0 0", "0 0.9 0 0 0 0").split("\n")
     )
-    assert read_bvh(metres).provenance["units"] == "metres"
+    assert read_bvh(meters).provenance["units"] == "meters"
 
 
 def line_of(text: str, needle: str) -> int:

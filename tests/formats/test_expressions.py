@@ -19,7 +19,7 @@ from pipelines.rigs import RigOptions, write_avatar, write_rigged
 from tests.support.glb import Glb, validate
 
 SHUT = blinking(48, 24.0, BlinkSettings(seed=1))
-META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+META = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
 
 
 def morphed(file: Glb, name: str, attribute: str = "POSITION") -> np.ndarray:

@@ -95,7 +95,7 @@ def seen(path: Path) -> dict[str, Any]:
 
 
 def transforms(columns: Any) -> np.ndarray:
-    """World from bone (..., 4, 4), metres, of columns (..., 4, 3) in centimetres."""
+    """World from bone (..., 4, 4), meters, of columns (..., 4, 3) in centimeters."""
     given = np.asarray(columns, float)
     found = np.broadcast_to(np.eye(4), (*given.shape[:-2], 4, 4)).copy()
     found[..., :3, :] = np.swapaxes(given, -1, -2)
@@ -151,7 +151,7 @@ def test_clips_move_as_ours(seen: dict[str, Any], person: Person) -> None:
         halves = np.linalg.norm(heads[1::2] - (heads[:-1:2] + heads[2::2]) / 2, axis=-1)
         steps = np.linalg.norm(np.diff(heads[::2], axis=0), axis=-1).max()
         assert halves.max() < steps  # no bone leaps between keys
-    assert seen["leap"] < 185  # degrees, or centimetres
+    assert seen["leap"] < 185  # degrees, or centimeters
 
 
 def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(
@@ -229,7 +229,7 @@ def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(
     moved = transforms(told["clips"]["humanoid3d_walk"]["frames"])[
         ::2, told["bones"].index("mixamorig:Hips"), :3, 3
     ]
-    assert np.ptp(moved[:, 2]) > 0.5  # she walks, in metres
+    assert np.ptp(moved[:, 2]) > 0.5  # she walks, in meters
     assert 0.02 < np.ptp(moved[:, 1]) < 0.3
 
 

@@ -74,7 +74,7 @@ def test_skinned_glb_is_valid_and_moves_like_our_frames(
         )
 
 
-def test_vertex_colours_without_a_texture(
+def test_vertex_colors_without_a_texture(
     tmp_path: Path, character: Character, validator: Path
 ) -> None:
     write_glb(tmp_path / "c.glb", character)

@@ -24,7 +24,7 @@ from pipelines.commands import retarget as command
 from pipelines.options import parse
 from tests.support.glb import glb, validate
 
-META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+META = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_known_rigs_move_as_our_own(
 def test_a_strangers_avatar_walks_on_the_ground(
     data_dir: Path, cartwheel_clip: Motion, tmp_path: Path
 ) -> None:
-    """Of the VALID library: centimetres, a turned armature, four meshes with skins of their own."""
+    """Of the VALID library: centimeters, a turned armature, four meshes with skins of their own."""
     source = data_dir / "avatars" / "Asian_F_2_Casual.glb"
     person, moves = danced(source, cartwheel_clip, tmp_path / "after.glb")
     unchanged(source, tmp_path / "after.glb")

@@ -109,7 +109,7 @@ def test_the_stage_says_what_it_holds(
         assert any(name.endswith("texture.jpg") for name in archive.namelist())
 
 
-def test_vertex_colours_without_a_texture(tmp_path: Path, character: Character) -> None:
+def test_vertex_colors_without_a_texture(tmp_path: Path, character: Character) -> None:
     from pxr import UsdGeom
 
     write_usd(tmp_path / "c.usdc", character)

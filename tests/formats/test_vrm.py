@@ -20,7 +20,7 @@ from tests.support.browser import THREE_VRM, bundled, told_by
 from tests.support.glb import Glb, validate
 
 ROOT = Path(__file__).resolve().parents[2]
-META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+META = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
 
 
 def shut_at(frame: int, frames: int) -> np.ndarray:
@@ -79,7 +79,7 @@ def test_the_avatar_has_the_bones_and_says_who_made_it(
     assert all(document["nodes"][bone["node"]]["name"] == name for name, bone in bones.items())
     assert (vrm["meta"]["authors"], vrm["meta"]["otherLicenseUrl"]) == (
         ["A. Person"],
-        META.licence_url,
+        META.license_url,
     )
     assert document["nodes"][vrm["firstPerson"]["meshAnnotations"][0]["node"]]["skin"] == 0
     body, vertices = person[0].body, person[0].surface.vertices
@@ -152,10 +152,10 @@ def test_three_vrm_moves_the_right_vertices(
 
 
 def test_what_is_not_stated_is_asked_for(character: Character, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="--licence-url"):
-        VrmMeta(name="a", author="b", licence_url="")
+    with pytest.raises(InputError, match="--license-url"):
+        VrmMeta(name="a", author="b", license_url="")
     with pytest.raises(InputError, match="--author"):
-        VrmMeta(name="a", author=" ", licence_url="https://example.org")
+        VrmMeta(name="a", author=" ", license_url="https://example.org")
     with pytest.raises(InputError, match="change the rig to vrm"):
         write_vrm(tmp_path / "a.vrm", character, META)
     assert not list(tmp_path.iterdir())
@@ -186,7 +186,7 @@ def test_the_add_on_of_blender_finds_nothing_wrong(
     assert told["meta"] == {
         "name": "Ada",
         "authors": ["A. Person"],
-        "licence": META.licence_url,
+        "license": META.license_url,
         "look_at": "bone",
     }
     assert told["presets"] == {

@@ -19,7 +19,7 @@ from a2v.formats.gltf.vrm import EXPRESSIONS, VRM_REQUIRED
 from tests.support.browser import THREE_VRM, bundled, told_by
 from tests.support.glb import Glb, validate
 
-NEW = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+NEW = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
 OLD = dataclasses.replace(NEW, edition="0.x")
 
 
@@ -129,7 +129,7 @@ def test_the_old_edition_says_all_that_it_has_to(
     assert {names[bind["index"]]: bind["weight"] for bind in groups["A"]["binds"]} == {
         "jawOpen": 60
     }
-    assert vrm["meta"]["otherLicenseUrl"] == NEW.licence_url
+    assert vrm["meta"]["otherLicenseUrl"] == NEW.license_url
     assert (vrm["meta"]["author"], vrm["meta"]["allowedUserName"]) == ("A. Person", "OnlyAuthor")
     assert [item["name"] for item in vrm["materialProperties"]] == [
         item["name"] for item in file.json["materials"]

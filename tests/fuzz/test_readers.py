@@ -26,7 +26,7 @@ from a2v.kinematics import CMU
 from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.base import FileSource
 from a2v.lab.evaluation.liquid_warp import read_face_texture
-from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
+from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.lab.studio.makehuman.assets import Archive
 from a2v.perception.corrections import draw_strokes, read_corrections
@@ -364,7 +364,7 @@ def test_surveys(key, answers):
     def read(path: Path) -> None:
         path.with_suffix(".a").write_text(json.dumps(answers))
         survey_table(
-            analyse(found := read_key(path), [read_answers(path.with_suffix(".a"), found)])
+            analyze(found := read_key(path), [read_answers(path.with_suffix(".a"), found)])
         )
 
     written(json.dumps(key), ".json", read)

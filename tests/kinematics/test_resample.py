@@ -19,7 +19,7 @@ def test_resampling_keeps_shared_frames_and_bones() -> None:
     np.testing.assert_allclose(lengths[1], lengths[0][0], atol=1e-5)
 
 
-def test_a_single_frame_is_its_own_neighbour() -> None:
+def test_a_single_frame_is_its_own_neighbor() -> None:
     quats = np.eye(4)[None]
     np.testing.assert_array_equal(continuous(quats), quats)
     np.testing.assert_array_equal(

@@ -51,13 +51,13 @@ def models(tmp_path_factory):
         FlowModel(network.eval(), codec),
         data,
         folder / "flow.onnx",
-        licence="Apache-2.0",
+        license="Apache-2.0",
         sampling=Sampling(steps=1, guidance=1.0),
     )
     vae = MotionVAE(
         data.skeleton, 2, VAESettings(decoder="lie", hidden_size=32, latent_size=6)
     ).eval()
-    export_motion(vae, data, folder / "step.onnx", licence="Apache-2.0")
+    export_motion(vae, data, folder / "step.onnx", license="Apache-2.0")
     return {name: MotionModel.load(folder / f"{name}.onnx") for name in ("flow", "step")}
 
 

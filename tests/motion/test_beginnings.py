@@ -35,7 +35,7 @@ def seconds_until_it_moves(motion: Motion) -> float:
     return float(np.argmax(even > 0.5 * FAST[str(motion.action)]) / motion.fps)
 
 
-#: Metres a second of the mean joint where the action is under way.
+#: Meters a second of the mean joint where the action is under way.
 FAST = {"Jump kick": 1.0, "Hop and turn": 0.5, "Start running": 1.2}
 
 

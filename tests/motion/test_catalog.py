@@ -44,16 +44,16 @@ def test_every_action_is_found_by_its_own_name_and_has_a_theme() -> None:
     assert set(other_names()) <= {entry.name for entry in known.entries}
 
 
-def test_free_licences_leave_research_out() -> None:
+def test_free_licenses_leave_research_out() -> None:
     assert not any(
         set(entry.sources) & set(RESEARCH) and len(entry.sources) == 1
         for entry in catalog("free").entries
     )
     assert actions_of("drink") == ["drink"]
     with pytest.raises(InputError, match="none of the actions"):
-        understand("lift dumbbell with both hands", licence="free")
-    with pytest.raises(InputError, match="licence is 'gratis'"):
-        understand("walk", licence="gratis")
+        understand("lift dumbbell with both hands", license="free")
+    with pytest.raises(InputError, match="license is 'gratis'"):
+        understand("walk", license="gratis")
 
 
 def test_steps_say_what_makes_them_and_stay_with_one_model_where_they_can() -> None:

@@ -18,7 +18,7 @@ def lengths_of(motion):
     return np.linalg.norm(motion.joints[:, 1:] - motion.joints[:, motion.parents[1:]], axis=-1)
 
 
-def test_all_clips_ship_small_with_author_and_licence() -> None:
+def test_all_clips_ship_small_with_author_and_license() -> None:
     library = clip_library()
     assert len(library.clips) == len(set(library.actions)) == 77 + 14
     assert {clip.author for clip in library.clips} == {
@@ -30,7 +30,7 @@ def test_all_clips_ship_small_with_author_and_licence() -> None:
     assert not missing_joints(
         canonical_joints(library.skeleton.joint_names, library.skeleton.parents.tolist())
     )
-    assert play_clip("Bow", frames=3, fps=30).provenance["licence"] == "CC0-1.0"
+    assert play_clip("Bow", frames=3, fps=30).provenance["license"] == "CC0-1.0"
 
 
 def test_the_first_seed_is_the_file_itself(data_dir) -> None:

@@ -34,7 +34,7 @@ def directed(
 
 
 def away(motion: Motion, path: GroundPath) -> np.ndarray:
-    """Distance of the root from the path, frame by frame, metres."""
+    """Distance of the root from the path, frame by frame, meters."""
     dense = path.at(np.linspace(0, path.lengths[-1], 2000))
     return np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(1)
 

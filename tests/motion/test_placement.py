@@ -72,7 +72,7 @@ def test_legs_that_are_not_known_are_all_bones():
     assert leg_length(np.ones((4, 20)), CMU).tolist() == [len(body_parts(CMU)["legs"])] * 4
 
 
-def test_native_joints_go_back_to_metres():
+def test_native_joints_go_back_to_meters():
     joints = np.random.default_rng(0).normal(size=(2, 9, 20, 3)).astype(np.float32)
     native = to_native(joints, metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
     assert np.allclose(

@@ -21,7 +21,7 @@ def test_points_are_the_same_in_words_csv_and_yaml(tmp_path: File) -> None:
         np.testing.assert_array_equal(read_path(text).points, POINTS)
 
 
-def test_a_drawing_is_a_path_in_centimetres_from_its_first_point(tmp_path: File) -> None:
+def test_a_drawing_is_a_path_in_centimeters_from_its_first_point(tmp_path: File) -> None:
     drawing = tmp_path / "p.svg"
     for shape in (
         "<polyline points='50,20 50,320 350,320'/>",

@@ -35,7 +35,7 @@ def test_the_square_shows_the_photo_where_it_lies(side: float) -> None:
     mask[blot > 0.5] = 1
     picture = bm._square(image, mask, middle, side)
     assert picture.shape == (4, 256, 256)
-    np.testing.assert_allclose(picture[:3, 0, 0], bm.GREY, atol=1e-6)  # nobody is there
+    np.testing.assert_allclose(picture[:3, 0, 0], bm.GRAY, atol=1e-6)  # nobody is there
     uncovered = bm._square(image, np.ones_like(mask), middle, side)
     for channel in (np.where(uncovered[0] < 0.01, uncovered[1], 0), picture[3]):
         v, u = (

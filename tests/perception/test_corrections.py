@@ -85,7 +85,7 @@ def test_a_file_goes_round_and_fractions_are_pixels_of_the_photo() -> None:
         ("landmarks: {nose: [1]}", "nose is at"),
         ("landmarks: {nose: [.nan, 2]}", "nose is at"),
         ("units: fractions\nlandmarks: {nose: [400, 300]}", "at most 2"),
-        ("units: metres", "units are 'metres'; expected pixels or fractions"),
+        ("units: meters", "units are 'meters'; expected pixels or fractions"),
         ("limbs: {left_arm: front}", "unknown limb 'left_arm'"),
         ("limbs: {left_lower_arm: left}", "expected front or back"),
         ("person: 0", "person is 0"),

@@ -23,7 +23,7 @@ ZERO = DepthCorrection(
 
 @pytest.fixture
 def person() -> tuple[np.ndarray, np.ndarray]:
-    """A made-up detection: keypoints (33, 3) at 200 pixels a metre, and their 3D positions."""
+    """A made-up detection: keypoints (33, 3) at 200 pixels a meter, and their 3D positions."""
     random = np.random.default_rng(0)
     points = random.normal(0, 0.4, (33, 3)).astype(np.float32)
     points -= points[HIPS].mean(axis=0)
@@ -31,7 +31,7 @@ def person() -> tuple[np.ndarray, np.ndarray]:
     return np.c_[pixels, np.full(33, 0.9)].astype(np.float32), points
 
 
-def test_the_picture_plane_is_in_metres_from_the_hips(person) -> None:
+def test_the_picture_plane_is_in_meters_from_the_hips(person) -> None:
     plane, scale = picture_plane(*person)
     assert scale == pytest.approx(200, rel=1e-5)
     np.testing.assert_allclose(plane, person[1][:, :2], atol=1e-5)

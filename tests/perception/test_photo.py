@@ -56,14 +56,14 @@ def test_the_focal_length_is_read_where_there_is_one(ramp: np.ndarray) -> None:
     assert focal_length(b"no picture") is None
 
 
-def test_sixteen_bit_grey_keeps_its_tones() -> None:
+def test_sixteen_bit_gray_keeps_its_tones() -> None:
     values = np.linspace(0, 65535, 160 * 160).reshape(160, 160)
     photo = decode_photo(encode(Image.fromarray(values.astype(np.uint16))))
     assert photo.shape == (160, 160, 3)
     assert np.abs(photo[..., 0] - values / 257).max() <= 1
 
 
-def test_grey_palette_cmyk_and_bilevel(ramp: np.ndarray) -> None:
+def test_gray_palette_cmyk_and_bilevel(ramp: np.ndarray) -> None:
     image = Image.fromarray(ramp)
     assert (np.ptp(decode_photo(encode(image.convert("L"))), axis=2) == 0).all()
     assert np.abs(decode_photo(encode(image.quantize(256))).astype(int) - ramp).mean() < 12

@@ -180,7 +180,7 @@ def test_every_data_file_is_known_to_some_module():
     }
     data = {name for name in data if not name.startswith(_NO_NODES)}
     unnamed = {
-        "a2v/motion/words.licence.txt",
+        "a2v/motion/words.license.txt",
         "a2v/py.typed",
         "a2v/samples/README.md",
         "a2v/samples/person.jpg",

@@ -45,11 +45,11 @@ def test_clips_and_several_sources_say_what_makes_each_step():
         parameters(action="bow", model="clips", path="0,0 0,3")
 
 
-def test_research_is_left_out_where_licences_must_be_free():
+def test_research_is_left_out_where_licenses_must_be_free():
     with pytest.raises(InputError, match="none of the actions"):
-        parameters(action="lift dumbbell with both hands", licence="free")
+        parameters(action="lift dumbbell with both hands", license="free")
     with pytest.raises(InputError, match="research only"):
-        parameters(action="drink", model="humanact12", licence="free")
+        parameters(action="drink", model="humanact12", license="free")
 
 
 def test_what_was_understood_is_told():

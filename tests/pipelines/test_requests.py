@@ -45,8 +45,8 @@ UNUSABLE = {
     "implicit.digest",
 }
 """What only files of one's own can resolve."""
-FILTERS = {"licence"}
-"""What leaves sources out: of "Walk" every licence has the same."""
+FILTERS = {"license"}
+"""What leaves sources out: of "Walk" every license has the same."""
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ SKIN = np.array([0.8, 0.6, 0.5])
 
 
 def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
-    """An upright tube, closed by cones: vertices (V, 3), metres, and faces (F, 3)."""
+    """An upright tube, closed by cones: vertices (V, 3), meters, and faces (F, 3)."""
     rings, around = round(2 * HALF / step) + 1, round(2 * np.pi * RADIUS / step)
     angle = np.arange(around) * 2 * np.pi / around
     height = np.linspace(-HALF, HALF, rings)
@@ -104,8 +104,8 @@ def _seen(
 
 
 def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
-    """The tube's photo (H, W, 3): `paint` gives the colour at the way around from the middle of the
-    front (n,) and at heights (n,), metres."""
+    """The tube's photo (H, W, 3): `paint` gives the color at the way around from the middle of the
+    front (n,) and at heights (n,), meters."""
     columns, rows = np.meshgrid(np.arange(SIZE[1]) + 0.5, np.arange(SIZE[0]) + 0.5)
     points = CAMERA.unproject(np.stack([columns, rows], axis=-1), 0.0)
     across = np.clip(points[..., 0] / RADIUS, -1, 1)
@@ -219,7 +219,7 @@ def test_a_surface_unrolls_as_the_photo_shows_it() -> None:
 
 
 def test_nothing_is_continued_where_nothing_is_understood() -> None:
-    """A tube of hands alone: no label, and the expected colours stay what they were."""
+    """A tube of hands alone: no label, and the expected colors stay what they were."""
     vertices, faces = _cylinder(0.012)
     normals = vertex_normals(vertices, faces)
     clean = _photo(lambda way, y: np.broadcast_to(CLOTH, (*np.shape(y), 3)))
@@ -310,7 +310,7 @@ def test_the_other_side_of_the_body_says_what_is_there() -> None:
 
 
 def _head(hair: FloatArray, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A ball of a head, and its colours: hair above, skin below."""
+    """A ball of a head, and its colors: hair above, skin below."""
     rng = np.random.default_rng(0)
     vertices = rng.standard_normal((6000, 3))
     vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)

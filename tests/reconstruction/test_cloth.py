@@ -20,7 +20,7 @@ GRID = Grid(np.array([-0.3, -0.5, -0.35]), 0.006, (101, 167, 117))
 
 
 def legs(apart: float = 0.0) -> tuple[FloatArray, IntArray, IntArray]:
-    """Two upright rods 12 cm thick, 12 cm to the left and right, `apart` metres in depth: left
+    """Two upright rods 12 cm thick, 12 cm to the left and right, `apart` meters in depth: left
     thigh and right thigh."""
     rods = []
     for side in (1, -1):
@@ -35,7 +35,7 @@ def legs(apart: float = 0.0) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def outline(hem: float, top: float = 0.4, wide: float = 0.2) -> FloatArray:
-    """Distance to the contour of a cloth over both rods from `hem` to `top`, metres, and of what of
+    """Distance to the contour of a cloth over both rods from `hem` to `top`, meters, and of what of
     the rods is below."""
     x, y = np.meshgrid(GRID.axis(0), GRID.axis(1), indexing="ij")
     cloth = np.maximum(np.abs(x) - wide, np.maximum(hem - y, y - top))

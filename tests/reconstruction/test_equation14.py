@@ -139,7 +139,7 @@ def test_band_ignores_the_prior_and_limits() -> None:
         tolerance=1e-6,
     ).colors
     assert np.allclose(alone[free], prior[free], atol=1e-3)
-    # with only neighbours that agree, the band takes their colour
+    # with only neighbors that agree, the band takes their color
     flat = np.where(free[:, None], 0.1, 0.7) * np.ones((1, 3))
     filled = solve_colors(
         flat, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=free), tolerance=1e-7

@@ -307,7 +307,7 @@ def test_closed_lips_hide_what_is_behind_them(made: Surface, face: Face, azimuth
     seen = kinds[made.faces[hit[hit < len(made.faces)]]].min(axis=-1)
     assert (
         (seen == 4).sum() * step** 2 < 3e-6
-    )  # square metres of teeth; the model's own lips show 12 square millimetres
+    )  # square meters of teeth; the model's own lips show 12 square millimeters
     assert (seen >= 2).sum() * step**2 < 5e-6
 
 

@@ -1,4 +1,4 @@
-"""Surfaces and colours of a perspective camera are made in its flat frame and moved back."""
+"""Surfaces and colors of a perspective camera are made in its flat frame and moved back."""
 
 from __future__ import annotations
 

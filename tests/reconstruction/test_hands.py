@@ -28,7 +28,7 @@ def relaxed(body: Body) -> Body:
 
 @pytest.fixture(scope="module")
 def mittens(body: Body) -> Reconstruction:
-    """Around the body's straight hands: no fingers, a centimetre too thick, 13 mm off."""
+    """Around the body's straight hands: no fingers, a centimeter too thick, 13 mm off."""
     made = coated(body, cell=0.012, coat=0.01)
     return dataclasses.replace(
         made,
@@ -73,7 +73,7 @@ def test_the_wrist_has_no_step(handed: Reconstruction) -> None:
         before = cKDTree(surface.vertices[surface.twins < 0]).query(ring)[0]
         assert (
             np.median(before) < 0.021
-        )  # the strip is a centimetre wide, and thickening ends at 1.3 times, 4 mm below the coat
+        )  # the strip is a centimeter wide, and thickening ends at 1.3 times, 4 mm below the coat
 
 
 def test_fingers_move_with_their_bones(handed: Reconstruction, relaxed: Body) -> None:

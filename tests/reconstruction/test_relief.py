@@ -11,7 +11,7 @@ SPHERE = trimesh.creation.icosphere(subdivisions=4, radius=0.2)
 
 
 def dented(sphere: np.ndarray) -> np.ndarray:
-    """The sphere with dents of 3 mm and waves of some centimetres, as a field's cells leave."""
+    """The sphere with dents of 3 mm and waves of some centimeters, as a field's cells leave."""
     return sphere * (1 + 0.015 * np.sin(80 * sphere[:, :1]) * np.sin(80 * sphere[:, 1:2]))
 
 

@@ -131,7 +131,7 @@ def test_a_photo_loses_its_shading_and_keeps_its_hues() -> None:
     )
 
 
-def test_colouring_takes_the_shading_out_unless_told_not_to() -> None:
+def test_coloring_takes_the_shading_out_unless_told_not_to() -> None:
     photo, even, surface = photo_of((1.0, 0.5, 0.5))
     v, u = np.indices((256, 256)) + 0.5
     mask = (np.hypot(u - 128, v - 128) < 100).astype(np.float32)

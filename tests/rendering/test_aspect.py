@@ -78,4 +78,4 @@ def test_what_is_cut_off_is_not_traced_and_the_rest_is_the_square_pictures(aspec
     square = whole.render(surface.vertices, camera)[settings.window].astype(int)
     picture = Renderer(surface, settings).render(surface.vertices, camera).astype(int)
     assert np.sqrt(((picture - square) ** 2).mean()) < 1.5
-    assert np.abs(picture - square).max() < 40  # the denoiser sees other neighbours at the border
+    assert np.abs(picture - square).max() < 40  # the denoiser sees other neighbors at the border

@@ -21,7 +21,7 @@ from a2v.rendering import (
 
 
 def clip(frames: int = 12, height: int = 64, width: int = 96) -> list[np.ndarray]:
-    """A coloured square that moves over a gradient."""
+    """A colored square that moves over a gradient."""
     base = np.zeros((height, width, 3), np.uint8)
     base[..., 0] = np.linspace(40, 200, width).astype(np.uint8)
     base[..., 1] = 90
@@ -44,7 +44,7 @@ def test_video_round_trip(tmp_path: Path, height: int, width: int) -> None:
     for index, (picture, frame) in enumerate(zip(pictures, back, strict=True)):
         error = frame[:height, :width].astype(float) - picture
         assert np.sqrt((error**2).mean()) < 8
-        # flat colours survive: the matrix and the range are right
+        # flat colors survive: the matrix and the range are right
         np.testing.assert_allclose(
             frame[25:35, 14 + 4 * index].mean(axis=0), picture[30, 14 + 4 * index], atol=8
         )
@@ -116,9 +116,9 @@ def test_sheets_hold_every_picture() -> None:
     for index in range(5):
         y, x = (index // 3) * 16 + 7, (index % 3) * 22 + 10
         assert tuple(sheet[y, x]) == (40 * index,) * 3
-    labelled = contact_sheet(pictures, cols=5, labels=list("abcde"))
-    assert labelled.shape[0] == 14 + 16
-    assert (labelled[:16].min(axis=(0, 2)) < 128).sum() >= 5  # there is ink above the pictures
+    labeled = contact_sheet(pictures, cols=5, labels=list("abcde"))
+    assert labeled.shape[0] == 14 + 16
+    assert (labeled[:16].min(axis=(0, 2)) < 128).sum() >= 5  # there is ink above the pictures
     row = side_by_side(pictures[:3])
     assert row.shape == (12, 60, 3)
     with pytest.raises(InputError, match="fit"):

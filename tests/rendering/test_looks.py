@@ -113,7 +113,7 @@ def test_no_seam_shows_under_a_sky(name: str) -> None:
     assert np.abs(error[border]).max() < 1
     assert np.quantile(np.abs(error[ramp]), 0.99) < 1
     assert np.abs(error[(found.weight == 0) & ~person]).max() < 1
-    if name == "outdoor":  # the sky shows: the horizon's colour below, another one above
+    if name == "outdoor":  # the sky shows: the horizon's color below, another one above
         assert np.abs(levels(empty.color)[0, 0] - levels(empty.color)[SIZE // 3, 0]).max() > 10
 
 

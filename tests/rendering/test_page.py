@@ -25,7 +25,7 @@ def browser() -> str:
 
 @pytest.fixture(scope="module")
 def character() -> Character:
-    """Red in front of its middle and blue behind: the side that is seen can be told by colour."""
+    """Red in front of its middle and blue behind: the side that is seen can be told by color."""
     body = make_body(load_body_model(), grounded=True)
     normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
     colors = np.where(normals[:, 2:] > 0, (0.8, 0.1, 0.1), (0.1, 0.1, 0.8))
@@ -37,7 +37,7 @@ def character() -> Character:
 
 @pytest.fixture(scope="module")
 def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A page whose two clips lift the body: `low` for a second, `high` by a metre."""
+    """A page whose two clips lift the body: `low` for a second, `high` by a meter."""
     folder = tmp_path_factory.mktemp("page")
     moves = np.repeat(character.body.bone_transforms[None], 11, axis=0)
     high = moves.copy()
@@ -49,7 +49,7 @@ def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def share(picture: np.ndarray, channel: int) -> tuple[float, float]:
-    """How much of the character's half is coloured in `channel` beyond the others, and the mean row
+    """How much of the character's half is colored in `channel` beyond the others, and the mean row
     of it."""
     half = picture[:, :480]
     others = np.delete(half, channel, axis=2).max(axis=2)
@@ -72,7 +72,7 @@ def test_a_browser_shows_the_character_from_the_asked_side_at_the_asked_moment(
     (red, _), (blue, high) = share(back, 0), share(back, 2)
     assert blue > 0.02
     assert red < 0.2 * blue
-    assert high < low - 30  # the clip's last moment is a metre higher
+    assert high < low - 30  # the clip's last moment is a meter higher
     assert (
         (front[..., 1] > front[..., 0] + 80) & (front[..., 1] > front[..., 2] + 80)
     ).mean() > 0.05  # the video, green

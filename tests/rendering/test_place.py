@@ -16,7 +16,7 @@ from a2v.types import RenderSettings, Surface
 
 
 def board(depth: float) -> Surface:
-    """A square metre that faces the camera at z = `depth`."""
+    """A square meter that faces the camera at z = `depth`."""
     corners = np.float32([[0, 0, depth], [1, 0, depth], [1, 1, depth], [0, 1, depth]])
     return Surface(
         vertices=corners,
@@ -62,7 +62,7 @@ def test_lights_can_be_made_brighter_up_to_white():
     assert max(brighter.background) <= 1
 
 
-def test_light_is_taken_out_of_colours_and_texture_alike():
+def test_light_is_taken_out_of_colors_and_texture_alike():
     """Two triangles of a texture of their own: what is divided by the light at its place, and given
     back by it."""
     draw = np.random.default_rng(1)

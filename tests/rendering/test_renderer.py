@@ -150,7 +150,7 @@ def test_what_does_not_move_does_not_flicker(surface: Surface, renderer: Rendere
         (np.abs(np.diff(traced, axis=0)).max(axis=-1) > 0.5).any(axis=0), iterations=4
     )
     assert still.mean() > 0.3
-    # ... and the denoiser, which sees a large neighbourhood, leaves it alone (in levels of 255)
+    # ... and the denoiser, which sees a large neighborhood, leaves it alone (in levels of 255)
     assert shown[:, still].std(axis=0).mean() < 0.3
     assert np.quantile(shown[:, still].std(axis=0), 0.99) < 1.5
 
@@ -318,7 +318,7 @@ def test_a_transparent_frame_holds_the_person_and_its_shadow_alone(
 
 
 def test_the_rim_keeps_nothing_of_the_stage(cut: tuple[np.ndarray, np.ndarray]) -> None:
-    """Laid over black, a rim pixel is as dark as its share of red and blue: the stage's grey is
+    """Laid over black, a rim pixel is as dark as its share of red and blue: the stage's gray is
     gone (its green channel tells)."""
     rgba, mask = cut
     above = slice(0, 60)  # the ground's shadow is below
@@ -330,7 +330,7 @@ def test_the_rim_keeps_nothing_of_the_stage(cut: tuple[np.ndarray, np.ndarray]) 
     assert green.max() <= inner + 0.02
 
 
-def test_a_colour_and_a_picture_stand_behind_the_person(
+def test_a_color_and_a_picture_stand_behind_the_person(
     surface: Surface, camera: ViewCamera, cut: tuple[np.ndarray, np.ndarray]
 ) -> None:
     rgba, mask = cut

@@ -12,7 +12,7 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 CAMERA = ViewCamera(origin=(0.2, 1.5, 3.5), target=(0.0, 0.9, 0.0), fov=55)
 SIDE = 160
 WALL = -1.2
-"""z of a wall, metres."""
+"""z of a wall, meters."""
 
 
 def picture() -> tuple[ByteArray, BoolArray]:

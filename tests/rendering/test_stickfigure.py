@@ -27,9 +27,9 @@ FRONT = StickSettings(size=200, azimuth=0, elevation=0)
 SIDE = StickSettings(size=200, azimuth=90, elevation=0)
 
 
-def pixels(image, colour):
-    """Rows and columns (N, 2) of pixels near a colour."""
-    rgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
+def pixels(image, color):
+    """Rows and columns (N, 2) of pixels near a color."""
+    rgb = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)])
     return np.argwhere(np.abs(image.astype(int) - rgb).max(-1) < 12)
 
 
@@ -57,9 +57,7 @@ def test_the_view_is_a_rotation_with_the_camera_where_it_says():
 @pytest.mark.parametrize("skeleton", [CMU, HUMANACT12])
 def test_left_is_red_on_the_viewers_right_and_up_is_up(skeleton):
     frame = next(animate(person(skeleton), settings=FRONT))
-    left, right, head = (
-        pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle)
-    )
+    left, right, head = (pixels(frame, color) for color in (FRONT.left, FRONT.right, FRONT.middle))
     assert min(len(left), len(right), len(head)) > 50
     assert left[:, 1].mean() > right[:, 1].mean() + 20
     assert head[:, 0].min() < left[:, 0].mean()
@@ -74,7 +72,7 @@ def test_axes_are_equal():
         animate(motion, settings=dataclasses.replace(FRONT, size=600, bone=0.02, head=0.001))
     )
     seen = np.concatenate(
-        [pixels(frame, colour) for colour in (FRONT.left, FRONT.right, FRONT.middle)]
+        [pixels(frame, color) for color in (FRONT.left, FRONT.right, FRONT.middle)]
     )
     high, wide = np.ptp(seen, axis=0)
     assert wide / high == pytest.approx(span[0] / span[1], rel=0.05)
@@ -87,7 +85,7 @@ def test_shadow_and_path_lie_on_the_ground_below_a_jumper():
     assert len(shadow) > 20
     assert (
         np.quantile(shadow[:, 0], 0.1) > body[:, 0].max()
-    )  # (a few pixels of the head's edge are of that grey)
+    )  # (a few pixels of the head's edge are of that gray)
 
 
 def test_the_figure_moves_and_the_path_grows():

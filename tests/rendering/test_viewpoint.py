@@ -66,7 +66,7 @@ def test_soles_tell_how_steeply_the_camera_sees_the_ground(height: float, distan
     assert slope is not None
     assert slope == pytest.approx(
         height / distance, abs=0.1
-    )  # its metres are those of the person's middle
+    )  # its meters are those of the person's middle
     assert soles_slope(surface, feet) == pytest.approx(
         0, abs=1e-6
     )  # flat on the ground of its own frame: seen from the side

@@ -13,7 +13,7 @@ from a2v.types import Body, OrthographicCamera, PhotoCamera, Subject
 
 
 def landmarks_of(model: AnnyModel, body: Body) -> np.ndarray:
-    """The 33 landmarks of a body, metres."""
+    """The 33 landmarks of a body, meters."""
     with torch.no_grad():
         state = model.forward(
             *(
@@ -124,7 +124,7 @@ def turned(body: Body, angle: float) -> Body:
 
 
 def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:
-    """Errors (n,) in metres of the main joints relative to the pelvis, after undoing the unknown
+    """Errors (n,) in meters of the main joints relative to the pelvis, after undoing the unknown
     scale."""
     bones = [truth.bone_names.index(bone) for bone in JOINT_BONES.values()]
     want = truth.bone_transforms[bones, :3, 3]

@@ -78,7 +78,7 @@ def cartwheel(data_dir: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def real_clips(data_dir: Path) -> Callable[[str, int], list[Motion]]:
-    """``real_clips("cmu" | "humanact12", n)``: n clips drawn with a fixed seed, metres, y up."""
+    """``real_clips("cmu" | "humanact12", n)``: n clips drawn with a fixed seed, meters, y up."""
 
     def load(name: str, count: int) -> list[Motion]:
         random = np.random.default_rng(0)

@@ -89,7 +89,7 @@ class Writer:
         learned: bool = False,
     ) -> None:
         """`outputs` for PIFuHD's networks of normals; group norms and no biases if `learned`, as in
-        PIFu's colours."""
+        PIFu's colors."""
         self.conv(f"{prefix}model.1", width, inputs, 7, 7, bias=not learned)
         at = 1
         for step in range(halvings + 1):

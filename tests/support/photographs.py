@@ -41,7 +41,7 @@ def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
     image[np.broadcast_to(torso, mask.shape)] = JACKET
     image[skirt] = SKIRT
     image[np.broadcast_to(rows > 0.955, mask.shape)] = HAIR
-    image[~mask] = (0, 1, 0)  # a colour that must not bleed in
+    image[~mask] = (0, 1, 0)  # a color that must not bleed in
     points = np.zeros((33, 3), np.float32)
     head = vertices[body.parts == PARTS.index("head")]
     middle = float(np.median(head[:, 0]))

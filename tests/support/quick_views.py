@@ -13,7 +13,7 @@ from a2v.lab.studio.quick.views import MAP, PHOTO, QuickShard, QuickView, shard_
 
 
 def invented_view(generator: np.random.Generator) -> QuickView:
-    """An upright ellipse, coloured by its places, and landmarks on it."""
+    """An upright ellipse, colored by its places, and landmarks on it."""
     middle, radii = generator.uniform(0.45, 0.55, 2), generator.uniform([0.1, 0.3], [0.2, 0.4])
 
     def inside(size: int) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ def coated(
     above: float = -np.inf,
     ball: tuple[np.ndarray, float] | None = None,
 ) -> Reconstruction:
-    """One closed piece `coat` metres around the body's skin, out of cells of `cell` metres: what is
+    """One closed piece `coat` meters around the body's skin, out of cells of `cell` meters: what is
     finer is lost. Only what is `above` a height.
 
     A `ball` (middle, radius) is one with it.

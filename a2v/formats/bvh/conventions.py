@@ -15,15 +15,15 @@ from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
 
 UNITS: dict[str, float] = {
-    "metres": 1.0,
-    "centimetres": 0.01,
-    "millimetres": 0.001,
+    "meters": 1.0,
+    "centimeters": 0.01,
+    "millimeters": 0.001,
     "inches": 0.0254,
     "feet": 0.3048,
-    "decimetres": 0.1,
+    "decimeters": 0.1,
     "CMU units": 0.0254 / 0.45,
 }
-"""Metres of one unit of length, by name; CMU's skeletons are in inches divided by 0.45."""
+"""Meters of one unit of length, by name; CMU's skeletons are in inches divided by 0.45."""
 
 
 def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]) -> None:
@@ -111,7 +111,7 @@ def choose_scale(
     units: str | float | None,
     person: bool,
 ) -> tuple[float, str]:
-    """Metres a unit of the file, and the unit's name.
+    """Meters a unit of the file, and the unit's name.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def choose_scale(
     parents : sequence of J int
     canonical : dict of str to int
         `canonical_joints`.
-    units : name in `UNITS`, metres per unit, or None
+    units : name in `UNITS`, meters per unit, or None
         None: the unit that makes the person as tall as people are.
     person : bool
         Whether the skeleton is known to be a person's: its height must then be one.
@@ -138,21 +138,21 @@ def choose_scale(
         return UNITS[units], units
     if units is not None:
         if not (math.isfinite(units) and units > 0):
-            raise InputError(f"units is {units}; expected metres per unit, a positive number")
+            raise InputError(f"units is {units}; expected meters per unit, a positive number")
         return float(units), "given"
     height = _height(offsets, parents, canonical)
     if height <= 0:
         raise InputError(f"{source}: the skeleton has no size; its bones have zero length")
     if not person:
         likely = {
-            name: abs(math.log(height * metres / TYPICAL_HEIGHT)) for name, metres in UNITS.items()
+            name: abs(math.log(height * meters / TYPICAL_HEIGHT)) for name, meters in UNITS.items()
         }
         best = min(likely, key=likely.__getitem__)
         return UNITS[best], best
     likely = {
-        name: abs(math.log(height * metres / 1.65))
-        for name, metres in UNITS.items()
-        if 0.9 <= height * metres <= 2.4
+        name: abs(math.log(height * meters / 1.65))
+        for name, meters in UNITS.items()
+        if 0.9 <= height * meters <= 2.4
     }
     if not likely:
         return (

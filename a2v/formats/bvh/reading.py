@@ -52,7 +52,7 @@ def read_bvh(
     path : path, or the text or bytes of a file
     fps : float or None
         Resample to this rate (`resample_motion`); None keeps the file's.
-    units : name in `UNITS`, metres per unit, or None
+    units : name in `UNITS`, meters per unit, or None
         None guesses from the person's height; what was chosen is in ``motion.provenance["units"]``
         and ``["scale"]``.
     up : {"x", "y", "z", "-x", "-y", "-z"} or None
@@ -68,7 +68,7 @@ def read_bvh(
     Returns
     -------
     Motion
-        Metres, y up. Rotations are in the chain convention and keep the file's twists about the
+        Meters, y up. Rotations are in the chain convention and keep the file's twists about the
         bones.
 
     Raises
@@ -130,7 +130,7 @@ class _Tree:
 @dataclass(frozen=True, kw_only=True)
 class _Posed:
     """The file's N nodes over time: `local` (T, N, 3) places beside the parent in the file's axes
-    and units, `world` (T, N, 3) places in metres and `rotmats` (T, N, 3, 3) rotations, both y
+    and units, `world` (T, N, 3) places in meters and `rotmats` (T, N, 3, 3) rotations, both y
     up."""
 
     local: FloatArray
@@ -141,7 +141,7 @@ class _Posed:
 def _motion(
     tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]
 ) -> Motion:
-    """The motion of a tree with `offsets` in metres and y up, its joints in the order of the data
+    """The motion of a tree with `offsets` in meters and y up, its joints in the order of the data
     set's skeleton where it is one."""
     known = _known_skeleton(tree.names, tree.parents)
     if known is not None:  # BVH lists joints depth first

@@ -19,11 +19,11 @@ from a2v.types import Body, FloatArray, Motion
 _SAME = 2e-5
 """Radians: bones that agree so well share one joint."""
 _STEADY = 2e-5
-"""Metres: a bone that leaves its place by no more has no position channels."""
+"""Meters: a bone that leaves its place by no more has no position channels."""
 
 
 def write_bvh(
-    path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimetres"
+    path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimeters"
 ) -> None:
     """Write one clip as BVH (rotation order Z, X, Y; position channels on the root).
 
@@ -39,7 +39,7 @@ def write_bvh(
         Written atomically.
     motion : Motion
         A single clip.
-    units : name in `UNITS` or metres per unit
+    units : name in `UNITS` or meters per unit
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write_rig_bvh(
     transforms: FloatArray,
     fps: float,
     *,
-    units: str | float = "centimetres",
+    units: str | float = "centimeters",
 ) -> None:
     """Write the motion of a rig's bones as BVH: one joint a bone, in their order, at rest as
     `Body.rest_transforms` has them.
@@ -74,9 +74,9 @@ def write_rig_bvh(
     body : Body
         Names, parents (one bone without), rest pose and tails.
     transforms : (T, B, 4, 4) float
-        World from bone, metres.
+        World from bone, meters.
     fps : float
-    units : name in `UNITS` or metres per unit
+    units : name in `UNITS` or meters per unit
 
     Raises
     ------

@@ -32,9 +32,9 @@ MAX_WEIGHTS = 32_000_000
 _UNEVEN = 0.02
 """Bones may be scaled unevenly by so much."""
 _HEIGHTS = (0.3, 4.0)
-"""Legs of such lengths are metres; others are taken for `_LEG`."""
+"""Legs of such lengths are meters; others are taken for `_LEG`."""
 _LEG = 0.85
-"""Thigh and shin of an adult, metres."""
+"""Thigh and shin of an adult, meters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,15 +45,15 @@ class Person:
     ----------
     file : Gltf
     body : Body
-        Its bones and skin as the file poses them: metres, y up, facing +z, the soles on y = 0.
+        Its bones and skin as the file poses them: meters, y up, facing +z, the soles on y = 0.
     nodes : tuple of int
         The file's node of each bone.
     turn : (3, 3) float64
         The body's axes from the file's.
     unit : float
-        Metres per unit of the file.
+        Meters per unit of the file.
     floor : float
-        Height of the soles in the file, metres, which is its ground.
+        Height of the soles in the file, meters, which is its ground.
     mover : int
         The bone that carries all of the person: of those that hips and shoulders hang on, the
         lowest.
@@ -130,7 +130,7 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
     path : path
     person : Person
     clips : Clips
-        Of its body: bone transforms (T, B, 4, 4), world from bone, metres.
+        Of its body: bone transforms (T, B, 4, 4), world from bone, meters.
 
     Raises
     ------
@@ -300,7 +300,7 @@ def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
 
 
 def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:
-    """Rotation (3, 3) about y that makes the person face +z, and metres per unit."""
+    """Rotation (3, 3) about y that makes the person face +z, and meters per unit."""
     across = (
         heads[found["left_hip"]]
         - heads[found["right_hip"]]

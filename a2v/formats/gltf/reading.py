@@ -103,7 +103,7 @@ class Gltf:
         return offset, length, stride
 
     def accessor(self, index: Any) -> np.ndarray:
-        """The accessor as (count, width), normalised integers already mapped to [0, 1] or [-1, 1]
+        """The accessor as (count, width), normalized integers already mapped to [0, 1] or [-1, 1]
         float32.
 
         Interleaved views are de-interleaved; sparse accessors are not supported.

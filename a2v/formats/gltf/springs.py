@@ -17,11 +17,11 @@ CHAINS = 10
 JOINTS = 4
 """Of a chain that turn; one more is its end."""
 _LEAST = 0.15
-"""A layer that is lower, metres, is no skirt."""
+"""A layer that is lower, meters, is no skirt."""
 _TUCKED = 0.06
-"""The uppermost joint is so far below the skirt's top, which lies within the trunk, metres."""
+"""The uppermost joint is so far below the skirt's top, which lies within the trunk, meters."""
 _HIT = 0.015
-"""Radius of a joint against the legs, metres."""
+"""Radius of a joint against the legs, meters."""
 STIFFNESS = 0.6
 """How strongly a joint turns back to its rest, VRM's unit."""
 GRAVITY = 0.2
@@ -40,10 +40,10 @@ class Capsule:
     ----------
     bone : int
     tail : (3,) float64
-        The other end, from the bone's head, metres; axes of the world at rest, as all bones of
+        The other end, from the bone's head, meters; axes of the world at rest, as all bones of
         VRM's rig.
     radius : float
-        Metres.
+        Meters.
     """
 
     bone: int
@@ -296,7 +296,7 @@ def _capsules(character: Character, own: BoolArray) -> tuple[Capsule, ...]:
 
 
 def _thickness(points: FloatArray, tail: FloatArray) -> float:
-    """Median distance of points (n, 3) from the line to `tail`, metres."""
+    """Median distance of points (n, 3) from the line to `tail`, meters."""
     if not len(points):
         return 0.05
     along: Sequence[float] | FloatArray = points @ tail / float(tail @ tail)

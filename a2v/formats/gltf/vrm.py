@@ -120,8 +120,8 @@ class VrmMeta:
     Attributes
     ----------
     name, author : str
-    licence_url : str
-        Address of the licence that the author grants.
+    license_url : str
+        Address of the license that the author grants.
     version : str
         Of the avatar.
     edition : str
@@ -130,7 +130,7 @@ class VrmMeta:
 
     name: str
     author: str
-    licence_url: str
+    license_url: str
     version: str = "1"
     edition: str = "1.0"
 
@@ -141,10 +141,10 @@ class VrmMeta:
             )
         if not self.author.strip():
             raise InputError("a .vrm names its author; state one with --author")
-        if not self.licence_url.startswith(("https://", "http://")):
-            given = f"'{self.licence_url}'" if self.licence_url else "nothing"
+        if not self.license_url.startswith(("https://", "http://")):
+            given = f"'{self.license_url}'" if self.license_url else "nothing"
             raise InputError(
-                f"a .vrm states its licence by address, given was {given}; add such as --licence-url https://creativecommons.org/licenses/by/4.0/"
+                f"a .vrm states its license by address, given was {given}; add such as --license-url https://creativecommons.org/licenses/by/4.0/"
             )
 
 
@@ -206,7 +206,7 @@ def _extension(
             "version": meta.version,
             "authors": [meta.author],
             "licenseUrl": "https://vrm.dev/licenses/1.0/",
-            "otherLicenseUrl": meta.licence_url,
+            "otherLicenseUrl": meta.license_url,
             "avatarPermission": "onlyAuthor",
             "commercialUsage": "personalNonProfit",
             "creditNotation": "required",
@@ -242,7 +242,7 @@ def write_vrma(
     body : Body
         On a rig of VRM's bone names in T pose.
     transforms : (T, B, 4, 4) float
-        World from bone, metres. The hips carry all of the travel: the format has no root.
+        World from bone, meters. The hips carry all of the travel: the format has no root.
     fps : float
     name : str
     strengths : by ARKit's names, (T,) each

@@ -106,7 +106,7 @@ def extension(
 
     Parameters
     ----------
-    meta : by "name", "author", "licence_url" and "version"
+    meta : by "name", "author", "license_url" and "version"
     bones : by 1.0's names, with their "node"
     presets : strengths of ARKit's expressions by 1.0's names of presets
     character : Character
@@ -133,7 +133,7 @@ def extension(
             "commercialUssageName": "Disallow",
             "otherPermissionUrl": "",
             "licenseName": "Other",
-            "otherLicenseUrl": meta["licence_url"],
+            "otherLicenseUrl": meta["license_url"],
         },
         "humanoid": {"humanBones": human, **_MUSCLES},
         "firstPerson": _first_person(character, bones),

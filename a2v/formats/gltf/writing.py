@@ -41,7 +41,7 @@ def write_glb(
     expressions: Strengths | None = None,
     props: Props | None = None,
 ) -> None:
-    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary; expressions are
+    """Write a textured (or vertex-colored), skinned and animated glTF 2.0 binary; expressions are
     morph targets.
 
     The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the
@@ -205,9 +205,9 @@ def write_morph_glb(
     path : path
         Written atomically.
     surface : Surface
-        Faces, colours and the base shape.
+        Faces, colors and the base shape.
     frames : (T, V, 3) float
-        Vertices of every frame, metres (such as `ArapDeformer`'s).
+        Vertices of every frame, meters (such as `ArapDeformer`'s).
     fps : float
 
     Raises

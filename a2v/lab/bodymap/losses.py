@@ -1,4 +1,4 @@
-"""What the body map is trained to make small, and what its errors are in metres."""
+"""What the body map is trained to make small, and what its errors are in meters."""
 
 from __future__ import annotations
 
@@ -71,13 +71,13 @@ def _laplace(error: Tensor, log_scale: Tensor) -> Tensor:
 
 
 def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
-    """Mean errors (B,) of each view, centimetres (places: of their own unit); NaN where nothing is
+    """Mean errors (B,) of each view, centimeters (places: of their own unit); NaN where nothing is
     seen.
 
     Elbows, wrists, knees and ankles within the picture: distance in the picture's plane, and in
     depth; depth of all landmarks; of the front.
     """
-    centimetres = 100 / true["scale"]
+    centimeters = 100 / true["scale"]
     inside = true["weights"] > 0.25
     gap = torch.where(inside[..., None], told.points - true["points"], torch.nan)
     seen = true["seen"][:, 0]
@@ -87,9 +87,9 @@ def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
         dim=(1, 2)
     ) / count
     return {
-        "limbs": gap[:, _LIMB_LANDMARKS, :2].norm(dim=-1).nanmean(dim=1) * centimetres,
-        "limbs_depth": gap[:, _LIMB_LANDMARKS, 2].abs().nanmean(dim=1) * centimetres,
-        "landmarks_depth": gap[..., 2].abs().nanmean(dim=1) * centimetres,
-        "front_depth": front * centimetres,
+        "limbs": gap[:, _LIMB_LANDMARKS, :2].norm(dim=-1).nanmean(dim=1) * centimeters,
+        "limbs_depth": gap[:, _LIMB_LANDMARKS, 2].abs().nanmean(dim=1) * centimeters,
+        "landmarks_depth": gap[..., 2].abs().nanmean(dim=1) * centimeters,
+        "front_depth": front * centimeters,
         "places": place,
     }

@@ -107,7 +107,7 @@ def _convolution(inputs: int, outputs: int, kernel: int = 3, groups: int = 1) ->
 
 
 class _Mixer(nn.Module):
-    """A residual block: each channel over its neighbourhood, then the channels among each other."""
+    """A residual block: each channel over its neighborhood, then the channels among each other."""
 
     def __init__(self, width: int, kernel: int = 5) -> None:
         super().__init__()

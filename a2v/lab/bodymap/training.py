@@ -32,7 +32,7 @@ from a2v.perception.bodymap import FILE as SHIPPED
 
 FILE = "checkpoint.pt"
 CALIBRATION = 16
-"""Batches that normalisations of restored networks are calibrated on."""
+"""Batches that normalizations of restored networks are calibrated on."""
 _AT_ONCE = 32
 """Views that are measured together."""
 
@@ -50,7 +50,7 @@ class BodyMapSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, after a short warm-up along half a cosine.
     weight_decay : float
-        Weight decay of the same optimiser.
+        Weight decay of the same optimizer.
     backbone_share : float
         Learning rate of BlazePose's own weights as a share of the others'.
     average : float

@@ -35,7 +35,7 @@ class NativeFrame:
     Attributes
     ----------
     metres_per_unit : float
-        Metres of one native unit.
+        Meters of one native unit.
     signs : 3 floats of +1 or -1
         Sign of each axis: HumanAct12's camera looks along +z with y down, so (1, -1, -1).
     """
@@ -74,7 +74,7 @@ class ActionDataset:
     """Clips of skeletal motion with an action each.
 
     Joints are kept in the world's axes (y up) but in the data set's own unit, in which the papers'
-    models and classifiers work; `motion` gives metres.
+    models and classifiers work; `motion` gives meters.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class ActionDataset:
         )
 
     def motion(self, index: int) -> Motion:
-        """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the
+        """Clip `index` as a Motion: meters, starting above the origin, its lowest joint on the
         ground."""
         joints = self.joints[index] * np.float32(self.frame.metres_per_unit)
         joints = joints - np.array(

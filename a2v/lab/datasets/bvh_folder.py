@@ -52,7 +52,7 @@ def load_bvh_folder(
 ) -> ActionDataset:
     """Load ``ACTION/*.bvh`` or ``ACTION/SUBJECT/*.bvh`` below a folder or inside a zip archive.
 
-    Joints come from the files' own forward kinematics, in metres, y up. The skeleton is the first
+    Joints come from the files' own forward kinematics, in meters, y up. The skeleton is the first
     file's, with its rest offsets as rest directions, and every other file must have the same
     joints; bone lengths may differ. Units and the upward axis are decided once, on the first file.
     The subject of a clip is the folder between the action's and the clip, else what its name has

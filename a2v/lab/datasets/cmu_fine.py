@@ -180,7 +180,7 @@ def _clips(
     """The parts of all clips that have a meaning, at their true speed and levelled, with what they
     mean and what was said of them."""
     labels = dict(zip(whole.clip_names, whole.labels.tolist(), strict=True))
-    metres, kept = np.float32(whole.frame.metres_per_unit), []
+    meters, kept = np.float32(whole.frame.metres_per_unit), []
     for index, name in enumerate(whole.clip_names):
         parts = clip_parts().get(name, (Part(),))
         source = parts[0].described_as or name
@@ -202,7 +202,7 @@ def _clips(
         for index, _, _, parts in kept
     ]
     levelled = level_feet(
-        [whole.joints[index] * metres for index, *_ in kept],
+        [whole.joints[index] * meters for index, *_ in kept],
         [whole.subjects[index] for index, *_ in kept],
         whole.skeleton,
         rates,
@@ -214,7 +214,7 @@ def _clips(
             name = whole.clip_names[index] + (f"/{number}" if number > 1 else "")
             clips.append(
                 Clip(
-                    joints=timed[part.first : part.last] / metres,
+                    joints=timed[part.first : part.last] / meters,
                     action=0,
                     name=name,
                     subject=whole.subjects[index],

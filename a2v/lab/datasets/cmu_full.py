@@ -36,7 +36,7 @@ SECONDS = 5.0
 """Length of a window."""
 _RECORDING = re.compile(r"(\d+)_(\d+)\.(amc|bvh)$", re.IGNORECASE)
 ENDS = {"left_hand": 0.09, "right_hand": 0.09, "left_foot": 0.13, "right_foot": 0.13, "head": 0.18}
-"""Lengths of bones that a file may lack, metres."""
+"""Lengths of bones that a file may lack, meters."""
 
 
 @cache

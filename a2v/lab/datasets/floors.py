@@ -12,21 +12,21 @@ from a2v.kinematics.limbs import bend_to, legs_of
 from a2v.types import BoolArray, FloatArray
 
 SLOW = 0.3
-"""Metres a second under which a joint of a foot may stand."""
+"""Meters a second under which a joint of a foot may stand."""
 
 NEAR = 0.05
-"""Metres over its own lowest level under which it may stand."""
+"""Meters over its own lowest level under which it may stand."""
 
 LEAST_FRAMES = 6
 """Frames in which each foot stands, at least, for a clip to say how high its floors are."""
 
 MOST_APART = 0.025
-"""Metres by which a clip's floors may lie apart otherwise than its subject's do: more is a step,
+"""Meters by which a clip's floors may lie apart otherwise than its subject's do: more is a step,
 not a marker."""
 
 
 def standing(points: FloatArray, fps: float) -> BoolArray:
-    """Frames (T,) in which a joint (T, 3) of a foot stands, by its own lowest level; metres."""
+    """Frames (T,) in which a joint (T, 3) of a foot stands, by its own lowest level; meters."""
     if len(points) < 2:
         return np.zeros(len(points), dtype=bool)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=-1) * fps
@@ -36,13 +36,13 @@ def standing(points: FloatArray, fps: float) -> BoolArray:
 
 
 def floors_apart(joints: FloatArray, skeleton: Skeleton, fps: float) -> FloatArray:
-    """How much higher the first leg's ankle and toe stand than the second's (2,), metres; NaN where
+    """How much higher the first leg's ankle and toe stand than the second's (2,), meters; NaN where
     one of them hardly stands.
 
     Parameters
     ----------
     joints : (T, J, 3) float
-        Metres, y up.
+        Meters, y up.
     """
     first, second = legs_of(skeleton)
     apart = np.full(2, np.nan)
@@ -66,7 +66,7 @@ def level_feet(
     Parameters
     ----------
     clips : sequence of (T, J, 3) float32
-        Metres, y up.
+        Meters, y up.
     subjects : sequence of str
         Of each clip: a clip whose feet hardly stand, or stand on steps, is levelled as its
         subject's others are.

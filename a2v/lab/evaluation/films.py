@@ -35,7 +35,7 @@ MEASURED: tuple[str, ...] = tuple(
 _HIPS = [MEASURED.index("left_hip"), MEASURED.index("right_hip")]
 _FEET = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("ankle", "foot"))
 STANDS = 0.15
-"""Metres a second under which a foot of the truth stands."""
+"""Meters a second under which a foot of the truth stands."""
 SHORTEST = 0.5
 """Seconds of a clip at least."""
 
@@ -164,7 +164,7 @@ class FilmScore:
     scaled : float
         The same at the truth's size: a video does not show how tall somebody is.
     acceleration, mediapipe_acceleration, true_acceleration : float
-        Mean error of the accelerations of the same, and their own mean size, metres per square
+        Mean error of the accelerations of the same, and their own mean size, meters per square
         second.
     slide, true_slide : float
         Mean speed of feet while the truth's stand, cm a second.
@@ -236,7 +236,7 @@ def measure(
 
 
 def world_landmarks(path: Path, film: Film) -> tuple[FloatArray, FloatArray]:
-    """Mediapipe's world landmarks of `MEASURED` (T, 12, 3), metres, turned into the world by the
+    """Mediapipe's world landmarks of `MEASURED` (T, 12, 3), meters, turned into the world by the
     true camera, and which frames have some.
 
     Its own tracking and smoothing are on, as for every video (complexity 1).
@@ -326,7 +326,7 @@ def film_sheet(frames: Sequence[ByteArray], motion: Motion) -> ByteArray:
 
 
 def _stick(points: FloatArray, motion: Motion) -> ByteArray:
-    """Bones between points (J, 2), metres, to the right and up; the left side is red."""
+    """Bones between points (J, 2), meters, to the right and up; the left side is red."""
     canvas = np.full((_TILE, _TILE // 2, 3), 245, np.uint8)
     scale = _TILE / 2.2
     pixels = np.round(

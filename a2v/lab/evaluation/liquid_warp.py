@@ -111,7 +111,7 @@ class LiquidWarp:
             self._features = generator.read(self._picture * _as_mask(grown), condition)
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
-        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by
+        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), meters, seen by
         `view`, before the photo's background."""
         import cv2
         import torch

@@ -46,7 +46,7 @@ def fid(real: FloatArray, generated: FloatArray) -> float:
 
 
 def accuracy(predicted: IntArray, labels: IntArray) -> float:
-    """Share of motions that are recognised as their action; both (N,)."""
+    """Share of motions that are recognized as their action; both (N,)."""
     return float((np.asarray(predicted) == np.asarray(labels)).mean())
 
 

@@ -61,21 +61,21 @@ RATE = 20.0
 """Frames a second at which feet are judged."""
 
 LOW = 0.05
-"""Height under which a foot counts as on the ground, metres."""
+"""Height under which a foot counts as on the ground, meters."""
 
 FAST = 0.5
-"""Speed over the ground above which a low foot skates, metres a second."""
+"""Speed over the ground above which a low foot skates, meters a second."""
 
 DOWN = 0.03
-"""Height over its own lowest level under which a foot is down, metres."""
+"""Height over its own lowest level under which a foot is down, meters."""
 LOWEST = 0.05
 """That level is this quantile of its heights."""
 
 SLIDES = 0.3
-"""Metres a second over the ground above which a foot that is down slides for everybody to see."""
+"""Meters a second over the ground above which a foot that is down slides for everybody to see."""
 
 TOLERANCE = 0.005
-"""Distance to the floor that counts as none, metres."""
+"""Distance to the floor that counts as none, meters."""
 
 
 def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
@@ -84,11 +84,11 @@ def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
     Parameters
     ----------
     feet : (..., T, F, 3) float
-        Foot joints (ankles, toes), metres, y up.
+        Foot joints (ankles, toes), meters, y up.
     fps : float
         Their frame rate; they are sampled down or interpolated linearly to 20 fps.
     floor : float
-        Height of the ground, metres.
+        Height of the ground, meters.
     """
     feet = _at_rate(np.asarray(feet, dtype=np.float64), fps)
     if feet.shape[-3] < 2:
@@ -156,11 +156,11 @@ def physics_metrics(
     Parameters
     ----------
     motion : Motion
-        Metres, y up.
+        Meters, y up.
     feet : indices of foot joints, or None
         None takes ankles and toes by their names.
     floor : float or None
-        Height of the ground, metres; None finds it for every clip by `floor_height`.
+        Height of the ground, meters; None finds it for every clip by `floor_height`.
 
     Raises
     ------
@@ -196,12 +196,12 @@ def joints_physics(
     Parameters
     ----------
     joints : (..., T, J, 3) float
-        Metres, y up.
+        Meters, y up.
     fps : float
     parents : (J,) int
     feet : indices of foot joints
     floor : float or None
-        Height of the ground, metres; None finds it for every clip by `floor_height`.
+        Height of the ground, meters; None finds it for every clip by `floor_height`.
     """
     rows = []
     for clip in joints.reshape((-1, *joints.shape[-3:])).astype(np.float64):

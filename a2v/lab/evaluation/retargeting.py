@@ -23,7 +23,7 @@ class RetargetQuality:
     Attributes
     ----------
     error : float
-        Mean distance in metres of hips, knees, ankles, shoulders, elbows and wrists from where the
+        Mean distance in meters of hips, knees, ankles, shoulders, elbows and wrists from where the
         motion's bones, turned as they turn from its standing posture and scaled to the body's bone
         lengths, put them; the middle of the hips in common.
     plain_error : float
@@ -32,11 +32,11 @@ class RetargetQuality:
     skating : float
         `a2v.lab.evaluation.physics.foot_skating` of ankles and balls of the feet.
     penetration : float
-        Mean over frames of the depth in metres of the deepest point of the skin under the ground.
+        Mean over frames of the depth in meters of the deepest point of the skin under the ground.
     deepest : float
         Its largest value.
     hover : float
-        Mean over frames of the height in metres of the skin's lowest point over the ground.
+        Mean over frames of the height in meters of the skin's lowest point over the ground.
     """
 
     error: float
@@ -56,7 +56,7 @@ def measure_retargeting(motion: Motion, body: Body, transforms: FloatArray) -> R
         One clip of T frames.
     body : Body
     transforms : (T, B, 4, 4) float
-        World from bone, metres.
+        World from bone, meters.
     """
     rig = rig_of(body)
     world = transforms.astype(np.float64)

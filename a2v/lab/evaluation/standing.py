@@ -37,7 +37,7 @@ SECONDS = 5.0
 RECORDINGS = 12
 """Recordings of an action that are looked at, at most: the longest tells no more than a dozen."""
 COPY = 1e-3
-"""Metres between windows, root mean square, under which two recordings are one: the data base has
+"""Meters between windows, root mean square, under which two recordings are one: the data base has
 some under two numbers."""
 
 
@@ -81,7 +81,7 @@ class StandingScore:
         Distance between clips of different seeds over that between recordings (root mean square
         over joints, medians); None for fewer than two recordings.
     nearest : float
-        Median distance of a generated clip to the most similar recorded window, metres.
+        Median distance of a generated clip to the most similar recorded window, meters.
     """
 
     action: str
@@ -93,7 +93,7 @@ class StandingScore:
 
 
 def measure(clips: Sequence[FloatArray], fps: float, skeleton: Skeleton) -> Standing:
-    """`Standing` of clips (T_i, J, 3), metres."""
+    """`Standing` of clips (T_i, J, 3), meters."""
     speeds = np.concatenate(
         [contact_speeds(clip[:, ends_of(skeleton.feet, skeleton.parents)], fps) for clip in clips]
     )

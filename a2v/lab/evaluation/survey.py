@@ -198,7 +198,7 @@ def write_survey(
     """Write the page, and beside it the key; returns the key's path (``<name>.key.json``).
 
     The page holds every clip as an H.264 video and loads nothing; answers stay in the participant's
-    browser until they are saved as JSON. Keep the key from participants: `analyse` needs it.
+    browser until they are saved as JSON. Keep the key from participants: `analyze` needs it.
 
     Raises
     ------

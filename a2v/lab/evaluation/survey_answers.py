@@ -197,7 +197,7 @@ def _read_json(path: str | os.PathLike[str], limit: int, what: str) -> dict[str,
     return content
 
 
-def analyse(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> SurveyResult:
+def analyze(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> SurveyResult:
     """Count checked answers (`read_answers`) by the key (`read_key`).
 
     Raises
@@ -206,7 +206,7 @@ def analyse(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
         No answers, or two files of one participant.
     """
     if not answers:
-        raise InputError("no answers to analyse")
+        raise InputError("no answers to analyze")
     people = [item["participant"] for item in answers]
     if doubles := [name for name in people if people.count(name) > 1]:
         raise InputError(f"participant {doubles[0]} is there twice; keep one file of each")
@@ -258,7 +258,7 @@ def analyse(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
 
 
 def survey_table(result: SurveyResult) -> str:
-    """The result as Markdown: ranks, preferences and judgements, with 95 % intervals by Wilson's
+    """The result as Markdown: ranks, preferences and judgments, with 95 % intervals by Wilson's
     score."""
     lines = [f"{result.participants} participants; shares with 95 % intervals (Wilson)."]
     rankings = sum(next(iter(result.ranks.values()), ())) if result.ranks else 0

@@ -1,4 +1,4 @@
-"""Every action of a large vocabulary by itself: is it recognised, and how closely does it repeat
+"""Every action of a large vocabulary by itself: is it recognized, and how closely does it repeat
 the clips it was learned from?"""
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ActionScore:
         Share of recorded and of generated windows in which the classifier sees the action.
     nearest : float
         Median distance of a generated window to the most similar recorded one: root mean square
-        over joints, metres.
+        over joints, meters.
     takes : float
         The same between windows of one recorded clip and those of the action's others: what another
         take would have. None for a single clip.
@@ -189,7 +189,7 @@ def vocabulary_table(scores: Sequence[ActionScore]) -> str:
         np.mean([getattr(row, name) for row in scores]) for name in ("real_accuracy", "accuracy")
     )
     lines.append(
-        f"\nAll actions alike: {made:.3f} of generated windows are recognised, {real:.3f} of recorded ones. "
-        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are recognised at least half of the time."
+        f"\nAll actions alike: {made:.3f} of generated windows are recognized, {real:.3f} of recorded ones. "
+        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are recognized at least half of the time."
     )
     return "\n".join(lines)

@@ -12,16 +12,16 @@ from a2v.rendering import ViewCamera
 from a2v.types import Body, ByteArray, FloatArray, OrthographicCamera, Subject
 
 TOLERANCE = 0.02
-"""Metres behind what the photo saw first up to which a point counts as seen."""
+"""Meters behind what the photo saw first up to which a point counts as seen."""
 BACKGROUND = 235
-"""Grey around the person."""
+"""Gray around the person."""
 
 
 class Warp:
     """What the photo shows of a body's surface, moved to where the posed body has that surface; no
     shape, no learned network.
 
-    Every pixel of a view that the posed body covers takes the colour which the photo has at the
+    Every pixel of a view that the posed body covers takes the color which the photo has at the
     same point of the body. What the photo did not see takes that of the nearest pixel which it did.
     Hair and clothes that stand off from the body are lost.
 
@@ -41,7 +41,7 @@ class Warp:
         self._depth = depth_map(self._vertices, self._faces, camera, (width, height))
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
-        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by
+        """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), meters, seen by
         `view`."""
         out = np.full((size * size, 3), BACKGROUND, np.uint8)
         hits = RayScene(posed, self._faces).cast(
@@ -65,7 +65,7 @@ class Warp:
         return out.reshape(size, size, 3)
 
     def _colors(self, points: FloatArray) -> tuple[ByteArray, np.ndarray]:
-        """Colours (N, 3) of the photo at points (N, 3) of its body, and whether it saw them
+        """Colors (N, 3) of the photo at points (N, 3) of its body, and whether it saw them
         (N,)."""
         pixels = self._camera.project(points)
         height, width = self._depth.shape

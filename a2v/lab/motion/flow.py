@@ -55,7 +55,7 @@ class FlowSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, with a cosine decay to a fiftieth.
     weight_decay : float
-        Weight decay of the same optimiser.
+        Weight decay of the same optimizer.
     balance : float
         Share of windows that are drawn with all actions alike; the others with all clips alike. For
         sets with rare actions.

@@ -45,7 +45,7 @@ class TrainSettings(RunSettings):
     learning_rate : float
         Learning rate of Adam.
     weight_decay : float
-        Weight decay of the same optimiser.
+        Weight decay of the same optimizer.
     schedule : "constant" or "cosine"
         "cosine" lowers the learning rate to a hundredth towards the end (not the paper's; see
         docs).
@@ -188,7 +188,7 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     """
     spread = max(float(np.abs(joints[:, 0] - joints[:1, 0]).max()) for joints in dataset.joints)
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
-        # NTU-VIBE's roots sway by centimetres and go nowhere: no use
+        # NTU-VIBE's roots sway by centimeters and go nowhere: no use
         raise InputError(
             f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'"
         )

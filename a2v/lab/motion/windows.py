@@ -32,7 +32,7 @@ def foot_metric(
     features x of `frames` frames.
 
     Feet are linear in the features for bones of given lengths, as long as directions are not
-    normalised anew.
+    normalized anew.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ class LinearCode:
                 f"a code of {size} numbers needs at least as many windows and features; got {features.shape}"
             )
         mean = features.mean(axis=0, dtype=np.float64)
-        centred = (features - mean).astype(np.float64)
+        centered = (features - mean).astype(np.float64)
         root = None if metric is None else np.linalg.cholesky(metric)  # metric = root root^T
-        seen = centred if root is None else centred @ root
+        seen = centered if root is None else centered @ root
         covariance = seen.T @ seen / len(features)
         if size < covariance.shape[0] // 4:
             # a Krylov solver finds the leading few of thousands of directions in seconds; its start

@@ -1,4 +1,4 @@
-"""PIFu and PIFuHD as a whole: from a picture to occupancy and colours of points;
+"""PIFu and PIFuHD as a whole: from a picture to occupancy and colors of points;
 `a2v.lab.papers.converted` runs their parts."""
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class PIFuColor(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture, and sRGB colours of points by these and, before them, those of the
+        """Features of a picture, and sRGB colors of points by these and, before them, those of the
         geometry."""
         with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})

@@ -26,7 +26,7 @@ PIXELS = 512
 VOXELS = 128
 """Voxels a side of the body's volume."""
 DISTANCE = 10.0
-"""Distance of PaMIR's camera, metres."""
+"""Distance of PaMIR's camera, meters."""
 FOCAL = 5000.0
 """Its focal length, pixels."""
 
@@ -56,7 +56,7 @@ class PamirGeometry(nn.Module):
 
 
 class PamirTexture(nn.Module):
-    """``pamir_tex_net``: colours of points, and how much of the picture's own colour they take; the
+    """``pamir_tex_net``: colors of points, and how much of the picture's own color they take; the
     geometry's features stand last."""
 
     def __init__(self, path: str | Path) -> None:
@@ -74,7 +74,7 @@ class PamirTexture(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """The same, and sRGB colours (N, 3) in [0, 1] of points."""
+        """The same, and sRGB colors (N, 3) in [0, 1] of points."""
         side = pixels // 4
         shapes = {
             "features": (self.mlp.inputs - self.ve.features, side, side),

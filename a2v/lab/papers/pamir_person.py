@@ -1,5 +1,5 @@
 """What PaMIR's networks are given of one person: the picture on white, and SMPL's posed body as a
-volume; then occupancy and colours of points."""
+volume; then occupancy and colors of points."""
 
 from __future__ import annotations
 
@@ -72,11 +72,11 @@ class PamirPerson:
         self._maps = self._seen(self._geometry)
 
     def occupancy(self, points: FloatArray) -> FloatArray:
-        """Chance (N,) that points (N, 3), metres, lie in the person."""
+        """Chance (N,) that points (N, 3), meters, lie in the person."""
         return self._geometry.at(self.place(points), **self._maps)
 
     def colors(self, points: FloatArray) -> FloatArray:
-        """sRGB (N, 3) in [0, 1] of points (N, 3), metres."""
+        """sRGB (N, 3) in [0, 1] of points (N, 3), meters."""
         network = Converted("pamir-texture", self._texture, PIXELS)
         maps = self._seen(network)
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
@@ -90,7 +90,7 @@ class PamirPerson:
         return found
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), metres, in the networks' cube; their camera, which has a perspective, then
+        """Points (N, 3), meters, in the networks' cube; their camera, which has a perspective, then
         sees them where ours, which has none, does."""
         pixels = self._camera.project(np.asarray(points, np.float64))
         depth = (points[:, 2] - self._middle) * self._camera.scale / UNIT

@@ -29,9 +29,9 @@ from a2v.types import (
 
 OfPoints = Callable[[FloatArray], FloatArray]
 MARGIN = 0.06
-"""Metres around the body's and the mask's box in which the surface is looked for."""
+"""Meters around the body's and the mask's box in which the surface is looked for."""
 STEEPNESS = 0.06
-"""Metres that an occupancy of one half less stands for; see `_distance`."""
+"""Meters that an occupancy of one half less stands for; see `_distance`."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class PapersSettings:
     """The checkpoints, and how the field becomes a surface.
 
     With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which
-    needs `pifu_geometry`, colours that the photo did not see are PIFu's; without, the front is
+    needs `pifu_geometry`, colors that the photo did not see are PIFu's; without, the front is
     mirrored. PaMIR goes alone.
 
     Attributes
@@ -85,7 +85,7 @@ class PapersSettings:
         Raises
         ------
         InputError
-            None is given, one does not exist, the colours' one stands alone, or PaMIR does not.
+            None is given, one does not exist, the colors' one stands alone, or PaMIR does not.
         """
         from pathlib import Path
 
@@ -98,7 +98,7 @@ class PapersSettings:
             if getattr(self, color) and not getattr(self, shape):
                 names = [name.replace("_", "-") for name in (color, shape)]
                 raise InputError(
-                    f"--{names[0]} needs --{names[1]} FILE too: colours see the geometry's features"
+                    f"--{names[0]} needs --{names[1]} FILE too: colors see the geometry's features"
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
@@ -162,7 +162,7 @@ def papers_surface(
     surface : Surface
         One watertight piece.
     colors : (V, 3) float32 or None
-        What PIFu expects of the colours (c^p of Eq. 14), where it was given.
+        What PIFu expects of the colors (c^p of Eq. 14), where it was given.
 
     Raises
     ------
@@ -202,8 +202,8 @@ def papers_surface(
 def _networks(
     subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings
 ) -> tuple[str, OfPoints, OfPoints | None]:
-    """The chosen network's name, its chance (N,) that points, metres, lie in the person, and
-    colours (N, 3) of points where there are any."""
+    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and
+    colors (N, 3) of points where there are any."""
     if settings.pamir_geometry:
         seen = PamirPerson(
             subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
@@ -230,7 +230,7 @@ class _Placement:
         return np.ascontiguousarray(values.transpose(2, 0, 1)[None], np.float32)
 
     def points(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), metres, in the cube: x right, y down, z to the camera."""
+        """Points (N, 3), meters, in the cube: x right, y down, z to the camera."""
         camera = self._frame(self.pixels).camera
         places = camera.project(points) / (self.pixels / 2) - 1
         depth = (points[:, 2] - self._depth) * camera.scale / (self.pixels / 2)
@@ -246,7 +246,7 @@ class _Placement:
 
 
 def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
-    """The chance that points, metres, lie in the person, by the chosen network."""
+    """The chance that points, meters, lie in the person, by the chosen network."""
     if settings.pifuhd:
         network = Converted("pifuhd", settings.pifuhd, settings.pixels)
         image = {"image": place.image(settings.pixels)}
@@ -263,7 +263,7 @@ def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
 
 
 def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -> FloatArray:
-    """PIFu's colours (V, 3) of vertices (V, 3)."""
+    """PIFu's colors (V, 3) of vertices (V, 3)."""
     image = place.image(settings.pixels)
     geometry = Converted("geometry", settings.pifu_geometry, settings.pixels).run(
         "features", image=image

@@ -1,5 +1,5 @@
 """Posable, textured people in a2v's axes: what the studios photograph. They stand in T-pose, y up,
-facing +z, in metres."""
+facing +z, in meters."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Avatar(Record):
     name : str
         File name without suffix.
     influences : (V, 4, 3) float32
-        Position of each vertex, metres, as each of its four bones places it in the rest pose; the
+        Position of each vertex, meters, as each of its four bones places it in the rest pose; the
         rest vertex is their mean weighted by `weights`. (Where a file's rest pose is its bind pose
         all four agree.)
     weights : (V, 4) float32
@@ -153,7 +153,7 @@ class Avatar(Record):
         return posed.astype(np.float32)
 
     def skin(self, bone_transforms: FloatArray) -> FloatArray:
-        """Vertices (V, 3) float32, metres, for world-from-bone transforms (B, 4, 4): linear blend
+        """Vertices (V, 3) float32, meters, for world-from-bone transforms (B, 4, 4): linear blend
         skinning."""
         moves = bone_transforms.astype(np.float64) @ np.linalg.inv(
             self.rest_transforms.astype(np.float64)
@@ -202,7 +202,7 @@ class Avatar(Record):
 def linear_blend(
     points: FloatArray, weights: FloatArray, bones: IntArray, moves: FloatArray
 ) -> FloatArray:
-    """Linear blend skinning: vertices (V, 3) float32, metres.
+    """Linear blend skinning: vertices (V, 3) float32, meters.
 
     Parameters
     ----------

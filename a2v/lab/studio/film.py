@@ -32,7 +32,7 @@ JOINTS: dict[str, str] = {
 }  # fmt: skip
 """Joints of the truth, and the avatar's bones whose heads they are."""
 _ROOM = 7.0
-"""Metres from the middle of the room to its walls."""
+"""Meters from the middle of the room to its walls."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,11 +46,11 @@ class FilmSettings:
     width, height : int
         Pixels.
     lens : float
-        Focal length as for 35 mm film, millimetres.
+        Focal length as for 35 mm film, millimeters.
     yaw : float
         Whence the camera sees the person in the first frame, degrees; 0 is from the front.
     distance, held : float
-        Of the camera from the person's path, and over the floor, metres.
+        Of the camera from the person's path, and over the floor, meters.
     seed : int
         Of the room, the light, and the hand.
     """
@@ -71,7 +71,7 @@ class FilmSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath:
-    """Where the camera is (T, 3), metres, and its axes (T, 3, 3) in the world, a row each: right,
+    """Where the camera is (T, 3), meters, and its axes (T, 3, 3) in the world, a row each: right,
     up, ahead; `focal` in pixels."""
 
     places: FloatArray
@@ -87,7 +87,7 @@ class Film:
     ----------
     avatar : Avatar
     transforms : (T, B, 4, 4)
-        World from bone, metres; the floor is y = 0.
+        World from bone, meters; the floor is y = 0.
     path : CameraPath
     settings : FilmSettings
     fps : float
@@ -214,7 +214,7 @@ class _Room:
         self.ambient = float(draw.uniform(0.35, 0.55))
 
     def shade(self, places: FloatArray, rays: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Colours (n, 3) of the room along rays (n, 3) from `places` (n, 3), and which of them meet
+        """Colors (n, 3) of the room along rays (n, 3) from `places` (n, 3), and which of them meet
         the floor, where: (n, 3), NaN for others."""
         with np.errstate(divide="ignore", invalid="ignore"):
             down = np.where(rays[:, 1] < -1e-6, -places[:, 1] / rays[:, 1], np.inf)
@@ -301,7 +301,7 @@ def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
 
 
 def _skin_colors(avatar: Avatar, faces: IntArray, uv: FloatArray) -> FloatArray:
-    """Colours (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric
+    """Colors (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric
     coordinates (n, 2)."""
     corners = avatar.uv[faces]
     spot = (

@@ -31,7 +31,7 @@ class Guide(Record):
     Attributes
     ----------
     vertices : (G, 3) float32
-        In the T-pose of the rig, metres.
+        In the T-pose of the rig, meters.
     faces : (F, 3) int32
     weights : (G, 4) float32, bones : (G, 4) int32
         Skinning weights, and what bones of `bone_names` they are of.
@@ -41,7 +41,7 @@ class Guide(Record):
     parts : (G,) int8
         Index into `a2v.body.PARTS`.
     landmarks : (33, 3) float32
-        The body's BlazePose landmarks in the T-pose, metres.
+        The body's BlazePose landmarks in the T-pose, meters.
     landmark_bones : (33,) int32
         What bone of `bone_names` carries each.
     """

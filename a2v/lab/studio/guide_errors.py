@@ -1,5 +1,5 @@
 """What `a2v.body.fit_body` gets wrong with one photo: turned bones, a wrong girth, a shift, another
-metre."""
+meter."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ class GuideErrors:
     heading : float
         Rotation of the trunk about its own axis, degrees.
     looks : float
-        Standard deviation of the change of a bone's length in the photo, metres.
+        Standard deviation of the change of a bone's length in the photo, meters.
     girth : float
         Relative error of the thickness of each segment; half of its variance is common to all.
     shift : float
-        Metres in x and y, of the whole body.
+        Meters in x and y, of the whole body.
     scale : float
         Relative error of the height, which scales the world: a photo does not show it.
     """
@@ -187,7 +187,7 @@ def _segment_error(
     errors: GuideErrors,
     generator: np.random.Generator,
 ) -> FloatArray:
-    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), metres,
+    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), meters,
     and whose head errs by `gap` (3,)."""
     length = max(float(np.linalg.norm(along)), 1e-9)
     across = np.cross(view, along)

@@ -106,7 +106,7 @@ class Light:
 
 
 def _tint(generator: np.random.Generator, spread: float) -> FloatArray:
-    """A colour cast (3,): warm to cold mostly."""
+    """A color cast (3,): warm to cold mostly."""
     warm = generator.normal(0, spread)
     return np.asarray(np.exp([warm, generator.normal(0, 0.25 * spread), -warm]))
 
@@ -238,7 +238,7 @@ def background(size: int, feet: float, generator: np.random.Generator) -> FloatA
 
 
 def _color(generator: np.random.Generator) -> FloatArray:
-    """An sRGB colour (3,), mostly a muted one."""
+    """An sRGB color (3,), mostly a muted one."""
     import colorsys
 
     muted = generator.random() < 0.75

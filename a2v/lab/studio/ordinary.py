@@ -28,7 +28,7 @@ _YAW = 14.0
 _COLLAR = -0.12
 """Turn of the collar bone, radians, below a hanging arm (`arm_towards`)."""
 _NEAR_COLUMN = 0.05
-"""Metres to the side within which a vertex says how far the body reaches to the front."""
+"""Meters to the side within which a vertex says how far the body reaches to the front."""
 _NEAR_ROW = 0.03
 """The same up or down."""
 
@@ -53,7 +53,7 @@ def arm_reaching(avatar: Avatar, side: str, target: FloatArray, elbow: FloatArra
     side : str
         "Left" or "Right".
     target : (3,)
-        Where the wrist goes, metres, in the world of the T-pose; it moves with the chest. What is
+        Where the wrist goes, meters, in the world of the T-pose; it moves with the chest. What is
         too far away is pointed at.
     elbow : (3,)
         The direction in which the elbow lies from the line between shoulder and wrist.
@@ -85,14 +85,14 @@ def _rest(avatar: Avatar) -> FloatArray:
 
 
 def _front(avatar: Avatar, x: float, y: float) -> float:
-    """How far to the front (z) trunk and head of the T-pose reach at a place, metres."""
+    """How far to the front (z) trunk and head of the T-pose reach at a place, meters."""
     rest = _rest(avatar)[on_parts(avatar.parts, "torso", "head", "neck")]
     near = (np.abs(rest[:, 0] - x) < _NEAR_COLUMN) & (np.abs(rest[:, 1] - y) < _NEAR_ROW)
     return float(rest[near, 2].max()) if near.any() else 0.1
 
 
 def _flank(avatar: Avatar, y: float) -> float:
-    """How far to the side trunk and thighs reach at a height, metres."""
+    """How far to the side trunk and thighs reach at a height, meters."""
     rest = _rest(avatar)[on_parts(avatar.parts, "torso", "left_thigh", "right_thigh")]
     near = np.abs(rest[:, 1] - y) < _NEAR_ROW
     return float(np.abs(rest[near, 0]).max()) if near.any() else 0.18
@@ -193,7 +193,7 @@ def _pockets(avatar: Avatar, generator: np.random.Generator) -> Drawn:
 
 
 def _leg_across(avatar: Avatar, side: str, x: float, ahead: float) -> Pose:
-    """A straight leg whose ankle comes to the column `x`, metres, `ahead` degrees to the front; the
+    """A straight leg whose ankle comes to the column `x`, meters, `ahead` degrees to the front; the
     sole stays level."""
     sign = dict(SIDES)[side]
     hip, ankle = _head(avatar, f"{side}UpLeg"), _head(avatar, f"{side}Foot")

@@ -288,7 +288,7 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
 
 @dataclass(frozen=True, eq=False)
 class _Shaded:
-    """Linear colours (n, 3) float32, and the irradiance over pi (n, 3) alone."""
+    """Linear colors (n, 3) float32, and the irradiance over pi (n, 3) alone."""
 
     color: FloatArray
     irradiance: FloatArray

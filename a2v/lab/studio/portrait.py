@@ -26,7 +26,7 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class PortraitSettings(Record):
-    """How a photograph is taken. Angles in degrees, lengths in metres, colours sRGB in [0, 1].
+    """How a photograph is taken. Angles in degrees, lengths in meters, colors sRGB in [0, 1].
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class PortraitSettings(Record):
     warmth : float
         Tint of the main light from -1 (blue) to 1 (orange).
     wall, floor : tuple of 3 float
-        Colours of the background. The two meet in a round corner.
+        Colors of the background. The two meet in a round corner.
     wall_distance : float
         From the person to the wall.
     gloss : float
         Strength of the highlights on the person, 0 to 1.
     noise : float
-        Standard deviation of the sensor's noise at mid grey, in units of 1/255.
+        Standard deviation of the sensor's noise at mid gray, in units of 1/255.
     vignette : float
         How much darker the corners are, 0 to 1.
     seed : int
@@ -118,7 +118,7 @@ class Portrait(Record):
 
 
 def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
-    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centred in
+    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centered in
     the picture."""
     points = np.asarray(vertices, np.float64)
     yaw = np.radians(settings.yaw)
@@ -135,7 +135,7 @@ def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCam
     fov = 30.0
     for _ in range(
         8
-    ):  # the aim and the field of view that centre the person depend a little on each other
+    ):  # the aim and the field of view that center the person depend a little on each other
         camera = ViewCamera(origin=_triple(origin), target=_triple(target), fov=fov)
         plane = (points - origin) @ camera.axes.T
         slopes = plane[:, :2] / -plane[:, 2:]
@@ -152,7 +152,7 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
     Parameters
     ----------
     surface : Surface
-        The person, posed (`Avatar.surface`), metres, facing +z.
+        The person, posed (`Avatar.surface`), meters, facing +z.
     settings : PortraitSettings
 
     Returns
@@ -249,7 +249,7 @@ def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
 
 
 def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
-    """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colours with
+    """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colors with
     soft, uneven patches and grain."""
     from scipy.ndimage import gaussian_filter
 

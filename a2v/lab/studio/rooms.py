@@ -54,7 +54,7 @@ class RoomCase(Record):
     front : (H, W) float32
         The same of things that stand in front of the person, in the photo.
     facts : mapping
-        Avatar; the camera's origin and target, metres, the person standing at the origin of the
+        Avatar; the camera's origin and target, meters, the person standing at the origin of the
         floor, and the field of view, degrees, of the square around the photo; and what stands in
         the room.
     """
@@ -133,9 +133,9 @@ class _Plan:
     wall: FloatArray
     floor: ByteArray
     back: tuple[float, float]
-    """Distance of the back wall behind the origin, metres, and its turn, degrees."""
+    """Distance of the back wall behind the origin, meters, and its turn, degrees."""
     side: tuple[float, float]
-    """Which side has a wall (-1, 1), and how far away it is, metres."""
+    """Which side has a wall (-1, 1), and how far away it is, meters."""
     lamp: tuple[FloatArray, float, FloatArray]
     """Middle (3,), radius and radiance (3,) of the ceiling's lamp."""
     window: tuple[float, FloatArray]
@@ -466,7 +466,7 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
 
 
 def _paint(color: FloatArray) -> dict[str, Any]:
-    """Matt paint of an sRGB colour (3,)."""
+    """Matt paint of an sRGB color (3,)."""
     return {
         "type": "twosided",
         "inside": {

@@ -23,7 +23,7 @@ class SurfaceSamples:
     Attributes
     ----------
     points : (M, 3) float32
-        Metres.
+        Meters.
     normals : (M, 3) float32
         Outwards, unit.
     colors : (M, 3) uint8
@@ -59,7 +59,7 @@ def sample_surface(
     rays : RayScene
         Of the person, and of the things around.
     gain : (3,) float
-        Linear RGB, of the colours.
+        Linear RGB, of the colors.
     count : int
     generator : numpy Generator
     """
@@ -109,7 +109,7 @@ def _draw_on_faces(
 def sample_space(
     scene: Scene, solid: Solid, settings: StudioSettings, generator: np.random.Generator
 ) -> FloatArray:
-    """Draw points (N, 3) float32, metres, near the outer surface and in the person's box, in random
+    """Draw points (N, 3) float32, meters, near the outer surface and in the person's box, in random
     order; shares as in the settings."""
     vertices = scene.surface.vertices
     near, far = (

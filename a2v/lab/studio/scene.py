@@ -251,7 +251,7 @@ def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
     """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
-    `factor` metres."""
+    `factor` meters."""
     aim = (-factor * origin).tolist()
     return {
         "camera_height": frame.height,
@@ -277,7 +277,7 @@ def _draw_guide(
 
 def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
     """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor`
-    metres."""
+    meters."""
     scale = square.fill * PHOTO_SIZE / square.extent / factor
     right, up = scale * factor * (square.middle - origin[:2])
     return OrthographicCamera(

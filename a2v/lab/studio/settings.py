@@ -34,9 +34,9 @@ class StudioSettings:
     yaw : float
         Standard deviation of the turn of those who face it, degrees.
     distance : tuple of 2 float
-        Nearest and farthest camera, metres.
+        Nearest and farthest camera, meters.
     height : tuple of 2 float
-        Lowest and highest camera, metres over the floor.
+        Lowest and highest camera, meters over the floor.
     fill : float
         Longer side of the person's box as a fraction of the photo.
     points : int
@@ -44,9 +44,9 @@ class StudioSettings:
     surface_points : int
         Number of samples on the surface.
     near : float
-        Standard deviation of the samples near the surface, metres.
+        Standard deviation of the samples near the surface, meters.
     far : float
-        Standard deviation of the samples farther from the surface, metres.
+        Standard deviation of the samples farther from the surface, meters.
     near_share : float
         Share of samples near the surface.
     far_share : float
@@ -120,7 +120,7 @@ class StudioSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
                 raise InputError(
-                    f"{name} is {pair}; expected two metres, the smaller one first and at least {least}"
+                    f"{name} is {pair}; expected two meters, the smaller one first and at least {least}"
                 )
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")

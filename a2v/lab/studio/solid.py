@@ -2,7 +2,7 @@
 into the photo's frame.
 
 Avatars are open (the eyes' backs, wigs) and layered (a wig over the scalp, a mouth behind the
-lips). Inside is where the generalised winding number exceeds one half (Jacobson et al. 2013; fast
+lips). Inside is where the generalized winding number exceeds one half (Jacobson et al. 2013; fast
 evaluation: Barill et al. 2018), and distances are to the outer layer alone.
 """
 
@@ -27,7 +27,7 @@ _SHELL = (0.4, 0.75, 0.25)
 
 
 def weld(vertices: FloatArray, tolerance: float = 1e-5) -> IntArray:
-    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` metres
+    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` meters
     share one."""
     _, place = np.unique(
         np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True
@@ -50,7 +50,7 @@ def smooth_normals(vertices: FloatArray, faces: IntArray, places: IntArray) -> F
 
 
 def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
-    """Generalised winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed
+    """Generalized winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed
     mesh, in between near openings."""
     import igl
 
@@ -122,7 +122,7 @@ class Solid:
 
     Parameters
     ----------
-    vertices : (V, 3) metres, faces : (F, 3)
+    vertices : (V, 3) meters, faces : (F, 3)
     wall : (F,) bool, optional
         Faces that bound the solid for the winding number: leave out pockets (mouths) that shall
         count as filled.
@@ -211,7 +211,7 @@ class Solid:
         return np.asarray(1 - met.reshape(len(points), directions).mean(axis=1))
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
-        """Distance (N,) float32 to the outer layer, metres, negative inside."""
+        """Distance (N,) float32 to the outer layer, meters, negative inside."""
         order = coherent(points)
         distance = np.empty(len(points), np.float32)
         distance[order] = self._scene.closest(points[order]).distance
@@ -229,7 +229,7 @@ class PhotoFrame:
     sin p`` with the camera's pitch p: whoever stands upright does so in this frame too, however
     high the camera. (A photo hardly shows its camera's pitch, and `a2v.body.fit_body` takes people
     to be upright.) Along each ray z' grows with z, so that rays along -z' meet first what the
-    camera sees. Metres at the person's middle.
+    camera sees. Meters at the person's middle.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ class PhotoFrame:
     middle : (3,) float64
         The point aimed at, world.
     distance : float
-        From the camera to `middle`, metres.
+        From the camera to `middle`, meters.
     """
 
     axes: FloatArray
@@ -247,8 +247,8 @@ class PhotoFrame:
 
     @classmethod
     def looking(cls, middle: FloatArray, *, distance: float, height: float) -> PhotoFrame:
-        """A camera on +z of the person's middle, `distance` metres away (measured over the floor)
-        and `height` metres over the floor."""
+        """A camera on +z of the person's middle, `distance` meters away (measured over the floor)
+        and `height` meters over the floor."""
         camera = np.array([middle[0], height, middle[2] + distance])
         back = camera - middle
         reach = float(np.linalg.norm(back))
@@ -259,7 +259,7 @@ class PhotoFrame:
 
     @property
     def height(self) -> float:
-        """Of the camera over the floor, metres."""
+        """Of the camera over the floor, meters."""
         return float(self.middle[1] + self.distance * self.axes[2, 1])
 
     @property
@@ -269,7 +269,7 @@ class PhotoFrame:
 
     @property
     def over_floor(self) -> float:
-        """From the camera to `middle`, measured over the floor, metres."""
+        """From the camera to `middle`, measured over the floor, meters."""
         return float(self.distance * self.axes[1, 1])
 
     def warp(self, points: FloatArray) -> FloatArray:

@@ -36,7 +36,7 @@ class Sitting:
     Attributes
     ----------
     surface : Surface
-        The person, textured (albedo), metres.
+        The person, textured (albedo), meters.
     normals : (V, 3) float32
     camera : OrthographicCamera
     own : (int, int), optional
@@ -76,7 +76,7 @@ def prepare_avatar(path: str) -> PreparedAvatar:
 
 @dataclass(frozen=True, eq=False)
 class Outfit:
-    """A person of some build in clothes of some colours.
+    """A person of some build in clothes of some colors.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Outfit:
 
 
 def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Outfit:
-    """Draw a build, then colours and patterns of the clothes."""
+    """Draw a build, then colors and patterns of the clothes."""
     build = Build.draw(generator)
     return Outfit(
         prepared,
@@ -116,7 +116,7 @@ class Stand:
     transforms : (B, 4, 4) float
         World-from-bone of the outfit's avatar.
     shift : (3,) float
-        From there to the ground, metres.
+        From there to the ground, meters.
     frame : PhotoFrame
     seen : (V, 3) float64
         The person's vertices in the frame.
@@ -151,7 +151,7 @@ def stand(
     Parameters
     ----------
     distance, height : 2 float
-        Between which the camera stands, metres: from the person's middle, and over the floor.
+        Between which the camera stands, meters: from the person's middle, and over the floor.
     """
     transforms = _turn_about_vertical(outfit.avatar.bone_transforms(pose), yaw)
     person = outfit.avatar.skin(transforms)

@@ -10,7 +10,7 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 
 def sample_bilinear(image: np.ndarray, at: FloatArray) -> FloatArray:
-    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the centre of the
+    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the center of the
     first pixel at (0, 0)."""
     import cv2
 

@@ -1,4 +1,4 @@
-"""Variety: avatars of other build, and in clothes of other colours."""
+"""Variety: avatars of other build, and in clothes of other colors."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def segment_of(bone: str) -> str:
 
 
 def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
-    """Linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), metres, that give the
+    """Linear maps (B, 3, 3) about each bone's head, and new heads (B, 3), meters, that give the
     avatar's rest pose another build."""
     heads = avatar.rest_transforms[:, :3, 3].astype(np.float64)
     children: dict[int, int] = {}
@@ -170,11 +170,11 @@ class Wardrobe:
     rows, columns : (n,) int
         Texels of clothes.
     lab : (n, 3) float32
-        Their CIELAB colours (L 0 to 100).
+        Their CIELAB colors (L 0 to 100).
     opacity : (n,) float32
         How surely they are clothes and not skin.
     cluster : (n,) int
-        Group of alike colours.
+        Group of alike colors.
     region : (n,) int
         0 upper body, 1 legs, 2 feet.
     """
@@ -194,7 +194,7 @@ _REGION_OF_PART = np.array(
 
 
 def find_clothes(avatar: Avatar) -> Wardrobe:
-    """Clothes are what lies below the head and is of another colour than the person's hands and
+    """Clothes are what lies below the head and is of another color than the person's hands and
     face (cheap, and good enough)."""
     import cv2
 
@@ -211,7 +211,7 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
     distance = np.sqrt((apart**2).sum(axis=-1)).min(axis=1)
     seen = np.zeros(part.shape, np.uint8)
     seen[rows, columns] = np.rint(255 * np.clip((distance - 9) / 9, 0, 1))
-    seen = cv2.medianBlur(seen, 9)  # specks of skin's colour are worn cloth
+    seen = cv2.medianBlur(seen, 9)  # specks of skin's color are worn cloth
     opacity = cv2.GaussianBlur(seen, (0, 0), 1.0)[rows, columns] / np.float32(255)
     keep = opacity > 0.02
     return sort_clothes(part, rows[keep], columns[keep], own[keep], opacity[keep])
@@ -221,7 +221,7 @@ def sort_clothes(
     part: IntArray, rows: IntArray, columns: IntArray, own: FloatArray, opacity: FloatArray
 ) -> Wardrobe:
     """The wardrobe of texels of clothes, rows and columns (n,) of a `part_map` (H, W), with their
-    CIELAB colours (n, 3) and opacity (n,)."""
+    CIELAB colors (n, 3) and opacity (n,)."""
     import cv2
 
     if len(own) < 100:
@@ -240,7 +240,7 @@ def sort_clothes(
 
 
 def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generator) -> ByteArray:
-    """The texture (H, W, 3) with other colours, and sometimes a pattern, on the clothes; skin, hair
+    """The texture (H, W, 3) with other colors, and sometimes a pattern, on the clothes; skin, hair
     and shoes' details stay."""
     import cv2
 
@@ -273,7 +273,7 @@ def recolor(texture: ByteArray, clothes: Wardrobe, generator: np.random.Generato
 
 
 def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) -> FloatArray:
-    """Stripes, checks, dots or blots: changes of colour (n, 3) in CIELAB."""
+    """Stripes, checks, dots or blots: changes of color (n, 3) in CIELAB."""
     import cv2
 
     change = np.array([generator.normal(0, 22), generator.normal(0, 14), generator.normal(0, 14)])

@@ -50,7 +50,7 @@ def _decode_once(name: str) -> cached_property[np.ndarray]:
 @dataclass(frozen=True, kw_only=True)
 class View(Record):
     """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z,
-    metres, y up, z = 0 at the guide's mean.
+    meters, y up, z = 0 at the guide's mean.
 
     Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for,
     each by the property of its name:
@@ -62,7 +62,7 @@ class View(Record):
       them.
     - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen
       through the front: on the same pixels, in the same axes.
-    - `depth_front`, `depth_back` (512, 512) float16, z in metres; NaN outside. `parts_front` (512,
+    - `depth_front`, `depth_back` (512, 512) float16, z in meters; NaN outside. `parts_front` (512,
       512) int8, -1 outside.
     - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`,
       `guide_depth_back` (256, 256) float16.
@@ -79,15 +79,15 @@ class View(Record):
     camera : OrthographicCamera
         Of the photo's 1024 pixels.
     points : (N, 3) float32
-        Samples in space, metres.
+        Samples in space, meters.
     distance : (N,) float16
-        Signed distance of `points` to the person, metres, negative inside.
+        Signed distance of `points` to the person, meters, negative inside.
     guide_distance : (N,) float16, guide_normals : (N, 3) int8
         Signed distance to the guide, and the guide's normal at the closest point.
     surface_points : (M, 3) float32
         Uniform by area on the person's outer surface.
     surface_normals : (M, 3) int8, surface_colors : (M, 3) uint8
-        Outward normals; sRGB colours: the texture's in the photo's mean light.
+        Outward normals; sRGB colors: the texture's in the photo's mean light.
     surface_visible : (M,) bool
         Whether the photo shows the point: things may hide it, and the border cut it off.
     surface_parts : (M,) int8

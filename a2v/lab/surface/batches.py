@@ -26,9 +26,9 @@ from a2v.reconstruction.implicit.inputs import (
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 LARGEST_SHIFT = 0.15
-"""Maps that are farther off than this, metres, are not followed: they have just begun to learn."""
+"""Maps that are farther off than this, meters, are not followed: they have just begun to learn."""
 FAR = 0.04
-"""Points farther from the surface than this, metres, are drawn twice as often as they were
+"""Points farther from the surface than this, meters, are drawn twice as often as they were
 sampled."""
 
 
@@ -185,12 +185,12 @@ def make_example(
     augment: bool = True,
 ) -> Example:
     """One view with `points` of its points at random, mirrored half of the time, its mask a little
-    off, its colours a little changed.
+    off, its colors a little changed.
 
     Parameters
     ----------
     colors : bool
-        Points on the surface with colours, instead of points in space with distances.
+        Points on the surface with colors, instead of points in space with distances.
     crop : int
         Side of `Example.part`, pixels of the frame; 0 for none.
     """
@@ -268,7 +268,7 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
     Parameters
     ----------
     maps : (2, 256, 256)
-        Predicted depth of front and back, metres.
+        Predicted depth of front and back, meters.
     """
     import cv2
 
@@ -336,7 +336,7 @@ def _surface_points(
 
 
 def _halved(depth: FloatArray, step: float = 0.02) -> FloatArray:
-    """Means of 2 x 2 pixels; NaN where one is outside or they differ by more than `step` metres."""
+    """Means of 2 x 2 pixels; NaN where one is outside or they differ by more than `step` meters."""
     height, width = depth.shape
     four = (
         depth.astype(np.float32)

@@ -1,10 +1,10 @@
 """The networks of the pixel-aligned implicit surface: maps of the whole person, a coarse and a fine
-field, and colours.
+field, and colors.
 
 All take the photo in one square frame (see `a2v.reconstruction.implicit.inputs`) and points in
-metres in the photo's camera axes. Three ideas meet here: pixel-aligned occupancy with a fine level
-fed by normal maps (PIFuHD; Sec. 4.1 of the journal paper), colours at surface points (PIFu), and
-conditioning on a fitted body, the *guide* (PaMIR, ICON). Fields are signed distances in metres,
+meters in the photo's camera axes. Three ideas meet here: pixel-aligned occupancy with a fine level
+fed by normal maps (PIFuHD; Sec. 4.1 of the journal paper), colors at surface points (PIFu), and
+conditioning on a fitted body, the *guide* (PaMIR, ICON). Fields are signed distances in meters,
 negative inside: the occupancy of the papers is ``sigmoid(-distance / OCCUPANCY_WIDTH)``.
 """
 
@@ -18,14 +18,14 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 PHOTO_CHANNELS = 4
-"""Red, green, blue (masked, zero at mid grey) and the mask."""
+"""Red, green, blue (masked, zero at mid gray) and the mask."""
 GUIDE_CHANNELS = 10
 """Normals of the guide's front (3) and back (3), depth of its front and back, its mask, and the
 distance to the photo's mask."""
 MAP_CHANNELS = 8
 """Normals of the person's front (3) and back (3), depth of the front and of the back."""
 OCCUPANCY_WIDTH = 0.006
-"""Distance, metres, over which the occupancy falls from 1/2 to 0.27."""
+"""Distance, meters, over which the occupancy falls from 1/2 to 0.27."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def point_values(
     guide_distance: Tensor,
     guide_normals: Tensor,
 ) -> Tensor:
-    """What is known of points without learned features (B, N, 15): distances in decimetres, so that
+    """What is known of points without learned features (B, N, 15): distances in decimeters, so that
     all are of the size of 1.
 
     Parameters
@@ -183,9 +183,9 @@ def point_values(
     place : (B, N, 2)
         Where the points lie in the frame, [-1, 1].
     depth : (B, N)
-        z of the points, metres.
+        z of the points, meters.
     guide_distance : (B, N)
-        Signed distance to the guide, metres, negative inside.
+        Signed distance to the guide, meters, negative inside.
     guide_normals : (B, N, 3)
         The guide's normal at its nearest point.
     """
@@ -282,9 +282,9 @@ class FineField(nn.Module):
 
 
 class Painter(nn.Module):
-    """Colours of surface points, seen or not (PIFu's second network).
+    """Colors of surface points, seen or not (PIFu's second network).
 
-    A colour is a mixture of the photo's at the same pixel and of the network's own.
+    A color is a mixture of the photo's at the same pixel and of the network's own.
     """
 
     def __init__(self, settings: NetworkSettings) -> None:
@@ -304,7 +304,7 @@ class Painter(nn.Module):
     def forward(
         self, features: Tensor, photo: Tensor, values: Tensor, normals: Tensor, place: Tensor
     ) -> Tensor:
-        """Colours (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals (B, N,
+        """Colors (B, N, 3), sRGB in [0, 1], of surface points with `point_values`, normals (B, N,
         3) at `place`."""
         seen = sample_map(photo, place)
         given = torch.cat([sample_map(features, place), values, normals, seen], dim=-1)

@@ -21,7 +21,7 @@ _NAMES = {
 
 
 def restore_networks(networks: nn.Module, folder: str | os.PathLike[str], stage: str) -> None:
-    """Give fresh networks of a stage the weights of a folder with ``person_*.onnx``; normalisations
+    """Give fresh networks of a stage the weights of a folder with ``person_*.onnx``; normalizations
     change nothing, see `a2v.lab.untracing.calibrate`.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Training of the networks of the implicit surface, stage by stage: shape, then detail and colour
+"""Training of the networks of the implicit surface, stage by stage: shape, then detail and color
 on top of it.
 
 A killed run resumes from its checkpoint, on a CPU or with CUDA.
@@ -59,9 +59,9 @@ Stage = Literal["shape", "detail", "color"]
 STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
 """In the order of their training: the later two build on the first."""
 CALIBRATION = 16
-"""Batches that normalisations of restored networks are calibrated on."""
+"""Batches that normalizations of restored networks are calibrated on."""
 REACH = 0.05
-"""Distances beyond this, metres, need only be as large."""
+"""Distances beyond this, meters, need only be as large."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class ReconstructionSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, after a short warm-up along half a cosine.
     weight_decay : float
-        Weight decay of the same optimiser.
+        Weight decay of the same optimizer.
     crop : int
         Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
     half : bool
@@ -154,7 +154,7 @@ def _read_networks(
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean of |error| near the surface in decimetres, beyond `REACH` of what is missing to it, plus
+    """Mean of |error| near the surface in decimeters, beyond `REACH` of what is missing to it, plus
     the occupancy's cross entropy."""
     error = torch.where(
         true.abs() > REACH,
@@ -178,7 +178,7 @@ def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
 
 
 def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, what an
+    """Mean |error|, decimeters, of depth maps (B, 2, H, W); NaN in `true` does not count, what an
     error has over 15 cm counts a tenth."""
     there = torch.isfinite(true)
     error = (predicted - torch.nan_to_num(true)).abs()

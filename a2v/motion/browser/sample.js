@@ -81,7 +81,7 @@ const makeSampler = (session, meta) => {
     for (let i = 1; i < joints.length; i += 3) joints[i] -= Math.fround(lift[Math.floor(i / row)]);
   }
 
-  // joints of a clip, frame by frame: metres, y up, above the origin at first, the lowest joint on the ground
+  // joints of a clip, frame by frame: meters, y up, above the origin at first, the lowest joint on the ground
   return async ({ labels, seed = 0, guidance = meta.guidance, draw = normalNoise(seed) }) => {
     const joints = await (meta.format === "a2v-flow/1" ? windows : steps)(labels, draw, guidance);
     levelFloor(joints);

@@ -9,7 +9,7 @@ function framesOf({ joints, parents, last }, fps) {
   return Array.from({ length: count }, (_, t) => poseAt(joints, parents, Math.min(t / SAVED_FPS * fps, last)));
 }
 
-// BVH in centimetres as a2v.formats.bvh writes it: where a joint has several bones, each has a joint of zero offset of its own
+// BVH in centimeters as a2v.formats.bvh writes it: where a joint has several bones, each has a joint of zero offset of its own
 // (`<child>_turn`), so that every joint is where the clip has it. Bones turn the shortest way from the one before.
 function bvhOf(frames, { parents, names, rest }) {
   const children = parents.map((_, joint) => parents.flatMap((parent, child) => parent === joint ? [child] : []));

@@ -29,13 +29,13 @@ from a2v.reconstruction.backs.rings import around
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
-"""What an expected colour of each label counts for where the photo shows the same stuff near by."""
+"""What an expected color of each label counts for where the photo shows the same stuff near by."""
 
 TINTED = 0.04
-"""Up to so far from a border, metres, expected colours are tinted by what is beyond it."""
+"""Up to so far from a border, meters, expected colors are tinted by what is beyond it."""
 
 OTHER_HUE = 15.0
-"""So far apart in CIELAB's a and b, two colours are of different stuff."""
+"""So far apart in CIELAB's a and b, two colors are of different stuff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ def continue_photo(
     *,
     seed: int = 0,
 ) -> Continuation:
-    """Continue a photo's clean colours (H, W, 3) over the surface that `camera` saw of it."""
+    """Continue a photo's clean colors (H, W, 3) over the surface that `camera` saw of it."""
     import cv2
 
     labels, strange = label_surface(seen)
@@ -209,7 +209,7 @@ def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
 def _smooth(
     seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray
 ) -> FloatArray:
-    """The expected colours (V, 3) smoothed within each label: the other side's where there are
+    """The expected colors (V, 3) smoothed within each label: the other side's where there are
     `twins` (V,); `doubtful` (V,) ones do not count."""
     from scipy.spatial import cKDTree
 

@@ -11,18 +11,18 @@ from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 BROAD = 0.025
-"""Detail is what is finer than this on stuff with a pattern, metres (sigma of a Gaussian)."""
+"""Detail is what is finer than this on stuff with a pattern, meters (sigma of a Gaussian)."""
 FINE = 0.014
 """The same on plain stuff, whose broader changes are light and folds."""
 SPACING = 0.004
-"""Metres a pixel at which patterns are compared."""
+"""Meters a pixel at which patterns are compared."""
 BARE = 0.006
 """The same for skin: what is broader on it are veins, knuckles and light."""
 PATTERN = 0.044
 """Stuff has a broad pattern if a quarter of what lies between the two is more than this: stripes of
 8 cm, but no folds, checks or camouflage."""
 FAR = 0.05
-"""What repeats does so at least this far away across the limb, metres."""
+"""What repeats does so at least this far away across the limb, meters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Exemplar:
 
     @property
     def detail(self) -> FloatArray:
-        """What the colours are more than their base (H, W, 3)."""
+        """What the colors are more than their base (H, W, 3)."""
         return np.asarray(self.colors - self.base, np.float32)
 
 
@@ -67,7 +67,7 @@ def make_exemplar(
     labels: IntArray,
     apart: BoolArray,
 ) -> Exemplar:
-    """The exemplar of a photo's clean colours (H, W, 3) at `SPACING` metres a pixel (its own where
+    """The exemplar of a photo's clean colors (H, W, 3) at `SPACING` meters a pixel (its own where
     that is coarser).
 
     `labels` (V,) are the surface's; nothing is taken from where it lies `apart` (V,).
@@ -101,15 +101,15 @@ def make_exemplar(
     )
     turned = normals[nearest, 2].reshape(height, width) < 0.75
     base, sources, prints = small.copy(), np.zeros_like(shown), np.zeros_like(shown)
-    metre = grid.scale
+    meter = grid.scale
     for kind in np.unique(label[label > 0]):
         own = label == kind
-        base[own] = _base(small, own, own & square, metre, plain=BARE if kind == SKIN else FINE)[
+        base[own] = _base(small, own, own & square, meter, plain=BARE if kind == SKIN else FINE)[
             own
         ]
-        good = _inner(own & square, 0.012 * metre)
+        good = _inner(own & square, 0.012 * meter)
         odd = (
-            non_repeating(small, own & square, own & square & turned, metre) & own
+            non_repeating(small, own & square, own & square & turned, meter) & own
             if kind in (UPPER, LOWER)
             else np.zeros_like(own)
         )
@@ -119,21 +119,19 @@ def make_exemplar(
 
 
 def _base(
-    image: FloatArray, region: BoolArray, clear: BoolArray, metre: float, *, plain: float
+    image: FloatArray, region: BoolArray, clear: BoolArray, meter: float, *, plain: float
 ) -> FloatArray:
     """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it
     is `clear` (H, W)."""
-    broad, fine = _within(image, region, BROAD * metre), _within(image, region, plain * metre)
+    broad, fine = _within(image, region, BROAD * meter), _within(image, region, plain * meter)
     if plain < FINE:
         return fine
-    between = np.abs(fine - broad)[
-        clear
-    ]  # borders between two colours are no pattern: not the mean
+    between = np.abs(fine - broad)[clear]  # borders between two colors are no pattern: not the mean
     return broad if len(between) and float(np.quantile(between, 0.75)) > PATTERN else fine
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:
-    """A picture (H, W, 3) smoothed over a region (H, W) alone (normalised convolution)."""
+    """A picture (H, W, 3) smoothed over a region (H, W) alone (normalized convolution)."""
     import cv2
 
     weight = region.astype(np.float32)
@@ -152,55 +150,55 @@ def _inner(region: BoolArray, margin: float) -> BoolArray:
 
 
 def non_repeating(
-    image: FloatArray, region: BoolArray, turned: BoolArray, metre: float
+    image: FloatArray, region: BoolArray, turned: BoolArray, meter: float
 ) -> BoolArray:
     """Where a region (H, W) of a picture has what does not run around the limb: a print, a logo, a
     tie, a zip, a shirt under a jacket.
 
-    Patches of 3 cm are compared by colour. What runs around is seen where the surface is `turned`
+    Patches of 3 cm are compared by color. What runs around is seen where the surface is `turned`
     (H, W) to the side, too, `FAR` or more beside it, at any height: stripes, checks, camouflage,
     folds. What is like nothing there is none of it. More than 45 % of a region is its texture.
-    `metre` is pixels.
+    `meter` is pixels.
     """
     import cv2
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 
     none = np.zeros_like(region)
-    step = max(1, round(0.008 * metre))
+    step = max(1, round(0.008 * meter))
     inside = cv2.erode(region.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     rows, columns = np.nonzero(inside)
     kept = (rows % step == 0) & (columns % step == 0)
     rows, columns = rows[kept], columns[kept]
     aside = np.flatnonzero(turned[rows, columns])
-    if len(aside) < 40 or np.ptp(columns) < 3 * FAR * metre:
+    if len(aside) < 40 or np.ptp(columns) < 3 * FAR * meter:
         return none
-    lab = rgb2lab(np.clip(_within(image, region, 0.005 * metre), 0, 1)).astype(np.float32)
+    lab = rgb2lab(np.clip(_within(image, region, 0.005 * meter), 0, 1)).astype(np.float32)
     # light falls off towards the sides: what is broad counts by its hue
     lab = np.concatenate(
         [
-            0.6 * (lab[..., :1] - _within(lab, region, 0.1 * metre)[..., :1]),
+            0.6 * (lab[..., :1] - _within(lab, region, 0.1 * meter)[..., :1]),
             0.15 * lab[..., :1],
             lab[..., 1:],
         ],
         axis=-1,
     )
     lab[~region] = 0
-    reach = np.array([-0.013, 0.0, 0.013]) * metre
+    reach = np.array([-0.013, 0.0, 0.013]) * meter
     around = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2).round().astype(int)
     padded = np.pad(lab, ((16, 16), (16, 16), (0, 0)))
     features = np.concatenate(
         [padded[rows + 16 + dy, columns + 16 + dx] for dx, dy in np.clip(around, -16, 16)], axis=1
     )
     away, other = cKDTree(features[aside]).query(features, k=min(24, len(aside)), workers=1)
-    beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * metre
+    beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * meter
     rare = np.where(beside.any(axis=1), np.where(beside, away, np.inf).min(axis=1), away[:, -1])
     odd = (rare > max(2.5 * float(np.median(rare)), 18.0)) & ~turned[rows, columns]
     if odd.mean() > 0.45:
         return none
     marks = none.astype(np.uint8)
     marks[rows[odd], columns[odd]] = 1
-    size = max(3, 2 * round(0.015 * metre) + 1)
+    size = max(3, 2 * round(0.015 * meter) + 1)
     closed = cv2.morphologyEx(marks, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8))
     spread = cv2.dilate(marks, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
     return np.asarray((closed | spread) > 0)

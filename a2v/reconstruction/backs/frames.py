@@ -14,7 +14,7 @@ from a2v.types import FloatArray, IntArray
 def unrolling(
     vertices: FloatArray, normals: FloatArray, parts: IntArray, neighbors: IntArray
 ) -> FloatArray:
-    """Linear maps (V, 2, 3) from metres on the surface to metres in the photo's plane, x to the
+    """Linear maps (V, 2, 3) from meters on the surface to meters in the photo's plane, x to the
     right and y up.
 
     What faces the camera is mapped as the camera does. Around a limb the plane is rolled on: the

@@ -30,13 +30,13 @@ _SHADE = np.array([0.5, 1.0, 1.0])
 _HUE = np.array([0.3, 1.0, 1.0])
 """The same for skin, which has every shade between light and shadow."""
 HANGING = 0.3
-"""Hair hangs at most so far from the head, metres."""
+"""Hair hangs at most so far from the head, meters."""
 TUFT = 0.2
 """Hair of which the photo shows nothing is at least so large a share of the largest piece."""
 _FAIR = 6.0
 """Fair hair differs from all shades of the skin by at least so much, CIELAB units."""
 _SAME = 11.0
-"""Garments whose colours differ by less, CIELAB units, are one."""
+"""Garments whose colors differ by less, CIELAB units, are one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,16 +53,16 @@ class Costs:
         Skin on the trunk behind a neckline, where there is an upper garment: collars are higher
         behind.
     expected, expected_hidden : float
-        Share that an expected colour counts for against the photo's, and where scalp or bare skin
+        Share that an expected color counts for against the photo's, and where scalp or bare skin
         is known to be.
     no_hair, no_skin : float
         Another label on the scalp than hair; on what is bare of who turns away, than skin.
     unlike_twin : float
         Another label than that of the mirrored vertex that the photo shows.
     most_expected : float
-        Of an expected colour at most.
+        Of an expected color at most.
     print_from : float
-        A vertex whose best label costs more has a colour that is not the label's.
+        A vertex whose best label costs more has a color that is not the label's.
     print_share : float
         A label of which more than this share are such is none.
     shoes_off_feet, skin_on_trunk, skin_on_arms, lower_on_trunk : float
@@ -95,13 +95,13 @@ _COSTS = Costs()
 
 @dataclass(frozen=True, kw_only=True)
 class PaletteSettings:
-    """How the typical colours of each label are taken from the photo. Set by hand; there is no
+    """How the typical colors of each label are taken from the photo. Set by hand; there is no
     published source.
 
     Attributes
     ----------
     skin : float
-        A vertex within this CIELAB distance of the face's colour is bare skin.
+        A vertex within this CIELAB distance of the face's color is bare skin.
     few, many : int
         Least number of vertices that a small part (crown, shoes) and a large part (trunk, thighs)
         must show.
@@ -126,9 +126,9 @@ class PaletteSettings:
 
 _PALETTE = PaletteSettings()
 _BELIEF = 6.0
-"""CIELAB units by which a label must be cheaper to be e times as likely, where neighbours vote."""
+"""CIELAB units by which a label must be cheaper to be e times as likely, where neighbors vote."""
 _NEIGHBORS_WEIGHT = 14.0
-"""CIELAB units that a label costs where no neighbour has it."""
+"""CIELAB units that a label costs where no neighbor has it."""
 _KMEANS_ROUNDS = 12
 _FRONT_ROUNDS = 4
 """Rounds of smoothing of the labels that the photo shows."""
@@ -152,12 +152,12 @@ def allowed_parts(kind: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What is known of a surface's vertices before they are labelled.
+    """What is known of a surface's vertices before they are labeled.
 
     Attributes
     ----------
     vertices : (V, 3)
-        Metres.
+        Meters.
     colors : (V, 3)
         The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB
         in [0, 1].
@@ -177,11 +177,11 @@ class Seen:
     neighbors : (V, N) int
         Nearest vertices.
     skin : (3,), optional
-        The face's colour, sRGB; None if it was not seen.
+        The face's color, sRGB; None if it was not seen.
     face : (V,) bool
         Vertices within the face, of which nothing is continued.
     rest : (V, 3), optional
-        Where they are at rest, metres: garments' borders run around the body there. None: borders
+        Where they are at rest, meters: garments' borders run around the body there. None: borders
         are as they are found.
     cloth : (V,) bool, optional
         What is neither skin nor hair nor shoe: a layer that hangs.
@@ -232,12 +232,12 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
-    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a colour
+    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a color
     that is not their label's: prints.
 
-    What the photo shows is sorted by colour: every label has a palette from the parts that it lies
+    What the photo shows is sorted by color: every label has a palette from the parts that it lies
     on for certain (hair: the crown; the upper garment: the chest; the lower one: the thighs).
-    Behind, the expected colours speak, and so does the label right before: hems, belts and collars
+    Behind, the expected colors speak, and so does the label right before: hems, belts and collars
     run around at their height. Both are smoothed over the surface.
     """
     lab = _lab(seen.colors)
@@ -293,7 +293,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
             np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)
         ]
     labels[best > _NEVER] = UNSURE
-    for kind in kinds:  # what is mostly of another colour is something else
+    for kind in kinds:  # what is mostly of another color is something else
         own = labels == kind
         if strange[own].mean() > _COSTS.print_share if own.any() else False:
             labels[own & strange] = UNSURE
@@ -301,7 +301,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
 
 
 def _trunk_height(seen: Seen) -> FloatArray:
-    """How high (V,) vertices are along the trunk, metres: along the way from the thighs to the
+    """How high (V,) vertices are along the trunk, meters: along the way from the thighs to the
     head, however the person leans."""
     thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*_HEAD)
     up = np.array([0.0, 1.0, 0.0])
@@ -311,7 +311,7 @@ def _trunk_height(seen: Seen) -> FloatArray:
 
 
 def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
-    """What a label costs (V,) on parts that seldom wear it: clothes of the colour of skin, hair or
+    """What a label costs (V,) on parts that seldom wear it: clothes of the color of skin, hair or
     shoes are clothes."""
     from scipy.spatial import cKDTree
 
@@ -348,7 +348,7 @@ def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
 
 
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
-    """Typical CIELAB colours (n, 3) of each label that the photo shows."""
+    """Typical CIELAB colors (n, 3) of each label that the photo shows."""
     from skimage.color import rgb2lab
 
     skin = None if seen.skin is None else rgb2lab(np.clip(seen.skin, 0, 1)[None])[0]
@@ -393,7 +393,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
 
 
 def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:
-    """At most `count` centres of colours (N, 3) by k-means, those of few colours left out; `start`
+    """At most `count` centers of colors (N, 3) by k-means, those of few colors left out; `start`
     (1, 3) joins them."""
     from scipy.cluster.vq import kmeans2
 
@@ -401,14 +401,14 @@ def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatA
     if len(lab) < 4 * count or lab.std(axis=0).max() < 1.0:
         return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a palette may have fewer colours
+        warnings.simplefilter("ignore")  # a palette may have fewer colors
         centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=_KMEANS_ROUNDS)
     share = np.bincount(member, minlength=count) / len(member)
     return np.concatenate([none, centers[share > _PALETTE.share] / _SHADE])
 
 
 def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) -> FloatArray:
-    """How far (V,) colours (V, 3) are from the nearest one of a palette (n, 3)."""
+    """How far (V,) colors (V, 3) are from the nearest one of a palette (n, 3)."""
     away = np.linalg.norm((lab[:, None] - palette[None]) * shade, axis=2)
     return np.asarray(away.min(axis=1))
 
@@ -421,7 +421,7 @@ def _smoothed(
     rounds: int,
     weight: float = _NEIGHBORS_WEIGHT,
 ) -> FloatArray:
-    """Costs (V, K) to which neighbours that are of another mind have added; those of `fixed` (V,),
+    """Costs (V, K) to which neighbors that are of another mind have added; those of `fixed` (V,),
     where not negative, never change theirs."""
     total = cost.copy()
     mixing = neighbor_mean(seen.neighbors)

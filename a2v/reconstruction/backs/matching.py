@@ -14,7 +14,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 ROUNDS = 4
 """Sweeps over the surface, there and back."""
 HEIGHT_WEIGHT = 0.02
-"""Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5
+"""Cost of a square centimeter of height, in units of the detail's variance; it levels off at 5
 cm."""
 
 
@@ -47,11 +47,11 @@ def match_surface(
     """Places (V, 2) in the exemplar, pixels, that vertices continue, and for which vertices (V,)
     there is one.
 
-    The detail around each place goes on where its neighbours' ends, as well as can be: PatchMatch
+    The detail around each place goes on where its neighbors' ends, as well as can be: PatchMatch
     (Barnes et al. 2009) with a surface in place of a target picture. A vertex tries what its
-    neighbours have, moved by the way to it (`maps`), what lies around its own place, ever nearer,
+    neighbors have, moved by the way to it (`maps`), what lies around its own place, ever nearer,
     and its own pixel, what is before it or at its mirrored spot; it keeps what differs least from
-    what its neighbours expect around it. `known` vertices keep their own pixels, so the pattern
+    what its neighbors expect around it. `known` vertices keep their own pixels, so the pattern
     begins at the seam in phase; a small cost for places at another height along the limb keeps
     rings level.
 
@@ -73,14 +73,14 @@ def match_surface(
     wanted = ~known & usable[labels]
     order = _from_known(vertices, known & (labels > 0), wanted)
     place = np.where(known[:, None], home, -1.0)
-    detail, metre = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
+    detail, meter = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
     leash = HEIGHT_WEIGHT * np.array(
         [_variance(detail, exemplar, kind) for kind in range(len(usable))]
     )
     maps = np.asarray(cloth.maps, np.float64)
     steps = vertices[:, None] - vertices[neighbors]
     ways = (
-        metre * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
+        meter * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
     )
     pools = [
         np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] + 0.5
@@ -95,12 +95,12 @@ def match_surface(
             home,
             labels,
             pools,
-            reach=max(4.0, 0.125 * metre * 0.5**sweep),
+            reach=max(4.0, 0.125 * meter * 0.5**sweep),
             generator=generator,
         )
         run(
             detail, exemplar.labels.astype(np.int64), exemplar.sources, neighbors.astype(np.int64), ways, labels.astype(np.int64),
-            np.ascontiguousarray(way), place, home, tries, leash, metre,
+            np.ascontiguousarray(way), place, home, tries, leash, meter,
         )  # fmt: skip
     return place, wanted & (place[:, 0] >= 0)
 
@@ -142,13 +142,13 @@ def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> In
 
 def _sweep(
     detail: Any, kinds: Any, sources: Any, neighbors: Any, ways: Any, labels: Any, order: Any, place: Any, home: Any, tries: Any,
-    leash: Any, metre: float,
+    leash: Any, meter: float,
 ) -> None:  # fmt: skip
     """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by
     numba.
 
-    `ways` (V, N, 2) lead to each vertex from its neighbours, pixels; `tries` (n, K, 2) are places
-    to try for each of `order`, those below 0 none; `leash` (labels,) is what a square centimetre of
+    `ways` (V, N, 2) lead to each vertex from its neighbors, pixels; `tries` (n, K, 2) are places
+    to try for each of `order`, those below 0 none; `leash` (labels,) is what a square centimeter of
     height costs.
     """
     height, width = kinds.shape
@@ -176,7 +176,7 @@ def _sweep(
                 continue
             if not sources[row, column] or kinds[row, column] != labels[i]:
                 continue
-            lift = 100.0 * (v - home[i, 1]) / metre
+            lift = 100.0 * (v - home[i, 1]) / meter
             cost = leash[labels[i]] * lift * lift / (1.0 + 0.04 * lift * lift)
             terms, total = 0, 0.0
             for slot in range(near):

@@ -25,7 +25,7 @@ def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
 
 
 def neighbor_mean(neighbors: IntArray) -> Any:
-    """Sparse matrix (V, V) that gives each vertex the mean of its neighbours (V, N)."""
+    """Sparse matrix (V, V) that gives each vertex the mean of its neighbors (V, N)."""
     import scipy.sparse as sp
 
     count, width = neighbors.shape

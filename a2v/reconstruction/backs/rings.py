@@ -26,14 +26,14 @@ _EXPLAINED = 0.9
 """A curve holds if it explains so large a share of what is seen of both sides, each counting a
 half."""
 _BAND = 0.12
-"""What is seen up to so far from the middle of the border counts, metres: beyond, it is no
+"""What is seen up to so far from the middle of the border counts, meters: beyond, it is no
 question."""
 _OTHER = 0.3
 """What the mirrored limb shows counts for."""
 _WIDTH = 0.008
-"""Metres over which a border's place is uncertain."""
+"""Meters over which a border's place is uncertain."""
 _TILT = 0.03
-"""Metres by which borders usually rise from the middle to one side of what is seen; ..."""
+"""Meters by which borders usually rise from the middle to one side of what is seen; ..."""
 _UNSEEN_TILT = 0.004
 """... from what is seen to what is hidden, which nothing tells; ..."""
 _MOST_TILT = 0.06
@@ -54,7 +54,7 @@ class _Tube:
     own : (n,) int
         Its vertices.
     along : (n,) float64
-        Metres, towards the trunk; of the trunk, up.
+        Meters, towards the trunk; of the trunk, up.
     turn : (n, 2) float64
         Cosine and sine of the angle around the axis; mirrored limbs have mirrored angles.
     """
@@ -78,7 +78,7 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
     labels : (V,) int
         Index into `a2v.reconstruction.backs.labels.KINDS`.
     rest : (V, 3)
-        Vertices at rest, metres, the person's left on +x.
+        Vertices at rest, meters, the person's left on +x.
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     known : (V,) bool
@@ -167,7 +167,7 @@ def _curve(
     near: tuple[int, ...],
     far: tuple[int, ...],
 ) -> FloatArray | None:
-    """Height and tilt (3,), metres, of a border between two kinds of stuff on a tube; None where
+    """Height and tilt (3,), meters, of a border between two kinds of stuff on a tube; None where
     what is seen tells none."""
     along, turn, inner, weight = [], [], [], []
     for one, count in ((tube, 1.0), *((other, _OTHER) for other in others)):
@@ -210,7 +210,7 @@ def _cut(height: FloatArray, inner: BoolArray, weight: FloatArray) -> float:
 
 
 def _stiffness(angle: FloatArray) -> FloatArray:
-    """What tilts (3, 3) cost, by the square of metres: a pocket in the front does not lift the
+    """What tilts (3, 3) cost, by the square of meters: a pocket in the front does not lift the
     seat."""
     middle = angle.mean(axis=0)
     long = float(np.linalg.norm(middle))

@@ -10,7 +10,7 @@ from a2v.reconstruction.backs.pieces import joined_pieces
 from a2v.types import BoolArray, IntArray
 
 NEAR = 0.03
-"""A spot stands for its mirrored one within so many metres of it, along the body at rest."""
+"""A spot stands for its mirrored one within so many meters of it, along the body at rest."""
 PATCH = 0.004
 """Smaller shares of the surface have no twins: a stripe's end alone would be a blot."""
 

@@ -12,18 +12,18 @@ from a2v.reconstruction.body_prior.columns import columns_seen, front_seen
 from a2v.types import BoolArray, FloatArray, IntArray
 
 WIDEST = 0.6
-"""A gap between the legs that is wider is no cloth, metres."""
+"""A gap between the legs that is wider is no cloth, meters."""
 SMALLEST = 0.05
-"""One that is nowhere as wide, or not as high, is a fold of trousers, metres."""
+"""One that is nowhere as wide, or not as high, is a fold of trousers, meters."""
 APART = 0.12
 """Where the middles of the legs are farther apart in depth, it is trousers that meet in the
-picture, metres."""
+picture, meters."""
 HOLD = 0.18
-"""So much of the body on each side of a gap carries the cloth, metres."""
+"""So much of the body on each side of a gap carries the cloth, meters."""
 ABOVE = 0.2
-"""Over so many metres above the gap the cloth comes to lie on the body."""
+"""Over so many meters above the gap the cloth comes to lie on the body."""
 HEM = 0.02
-"""Cloth is rounded so near to the mask's contour, metres."""
+"""Cloth is rounded so near to the mask's contour, meters."""
 _LOWER = ("torso", "left_thigh", "left_shin", "right_thigh", "right_shin")
 
 
@@ -36,9 +36,9 @@ class LegColumns:
     left, right : (nx, ny) bool
         Where a leg is.
     front, back : (nx, ny)
-        Depth of trunk and legs, metres; infinite where they are not.
+        Depth of trunk and legs, meters; infinite where they are not.
     cell : float
-        Of a column, metres.
+        Of a column, meters.
     """
 
     left: BoolArray
@@ -118,7 +118,7 @@ def span_legs(
     gaps : (nx, ny) bool
         As `LegColumns.gaps` has them.
     outline : (nx, ny)
-        Signed distance to the mask's contour, metres, negative inside.
+        Signed distance to the mask's contour, meters, negative inside.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def span_legs(
         How much of a column's depth is the cloth's, from 0 to 1: 1 in gaps and on the body beside
         them, less and less above.
     front, back : (nx, ny)
-        Depth with the cloth where there is some, metres; 0 elsewhere.
+        Depth with the cloth where there is some, meters; 0 elsewhere.
     """
     front, back, share = np.zeros((3, *gaps.shape))
     for row in np.flatnonzero(gaps.any(axis=0)):
@@ -206,7 +206,7 @@ def _large_enough(gaps: BoolArray, cell: float) -> BoolArray:
 
 
 def _smooth(values: FloatArray, there: BoolArray, sigma: float = 2.0) -> FloatArray:
-    """Values (nx, ny) averaged with their neighbours among `there`."""
+    """Values (nx, ny) averaged with their neighbors among `there`."""
     from scipy.ndimage import gaussian_filter
 
     weight = gaussian_filter(there.astype(np.float64), sigma)

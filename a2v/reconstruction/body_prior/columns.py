@@ -13,7 +13,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
 def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> FloatArray:
-    """Signed distance to the mask's contour (nx, ny), metres, negative inside, at the grid's
+    """Signed distance to the mask's contour (nx, ny), meters, negative inside, at the grid's
     columns; sub-pixel through the opacity."""
     import cv2
     from scipy.spatial import cKDTree
@@ -43,13 +43,13 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
 
 
 def front_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> FloatArray:
-    """Front depth (nx, ny) of the skin at the grid's columns, metres; -inf where there is none."""
+    """Front depth (nx, ny) of the skin at the grid's columns, meters; -inf where there is none."""
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
     return cast_depth(ray_scene(skin, faces, threads=0), x, y, float(skin[:, 2].max()) + 1)
 
 
 def columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
-    """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where
+    """Front and back depth (nx, ny) of the skin at the grid's columns, meters; -inf and +inf where
     there is none."""
     return front_seen(skin, faces, grid), -front_seen(
         skin * np.array([1.0, 1.0, -1.0]), faces, grid
@@ -57,7 +57,7 @@ def columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatAr
 
 
 def binary_distance(inside: BoolArray, cell: float) -> FloatArray:
-    """Signed distance of a binary map (negative inside), metres, contour between the nodes, lightly
+    """Signed distance of a binary map (negative inside), meters, contour between the nodes, lightly
     smoothed."""
     import cv2
 

@@ -58,8 +58,8 @@ class SkinDeformer:
     ) -> FloatArray:
         """A field (V, k) near `target` (V, k) where `weight` (V,) in [0, 1] says so.
 
-        It keeps to the constraints over lengths of `near` metres and fades out over `fade` (V,)
-        metres.
+        It keeps to the constraints over lengths of `near` meters and fades out over `fade` (V,)
+        meters.
         """
         import scipy.sparse as sp
 

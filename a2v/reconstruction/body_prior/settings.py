@@ -18,13 +18,13 @@ class SurfaceSettings:
     vertices : int
         Vertices to aim at, at least 25,000.
     reach : float
-        How far the rim may be pulled to the silhouette, metres.
+        How far the rim may be pulled to the silhouette, meters.
     rounds : int
         Rounds of matching and deforming.
     depth : float
         Share of the sideways push that is also given in depth.
     lobe : float
-        Half thickness at most of fused hair, skirts and bags, metres.
+        Half thickness at most of fused hair, skirts and bags, meters.
     """
 
     resolution: int = 320
@@ -42,4 +42,4 @@ class SurfaceSettings:
         if not 1 <= self.rounds <= 20:
             raise InputError(f"rounds is {self.rounds}; expected 1 to 20")
         if not (0 <= self.reach <= 0.5 and 0 <= self.depth <= 2 and 0 <= self.lobe <= 0.5):
-            raise InputError("reach and lobe are metres from 0 to 0.5, depth a share from 0 to 2")
+            raise InputError("reach and lobe are meters from 0 to 0.5, depth a share from 0 to 2")

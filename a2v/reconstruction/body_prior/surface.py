@@ -58,7 +58,7 @@ def body_prior_surface(
     Returns
     -------
     Surface
-        One watertight piece with at least 25,000 vertices, grey. `provenance` holds
+        One watertight piece with at least 25,000 vertices, gray. `provenance` holds
         `silhouette_iou` and its value for the bare body.
 
     Raises
@@ -100,7 +100,7 @@ class DressedBody:
     Attributes
     ----------
     field : (nx, ny, nz) float32
-        Signed distance on `grid`, metres, negative inside; cut off some cells from the surface.
+        Signed distance on `grid`, meters, negative inside; cut off some cells from the surface.
     grid : Grid
     cloth : (nx, ny)
         How much of a column's depth is that of cloth between the legs, from 0 to 1.
@@ -129,7 +129,7 @@ def dress(
     report: Callable[[int], None] = lambda done: None,
 ) -> DressedBody:
     """Pull the body to the mask's contour, and add what it does not reach; distances are told up to
-    `reach` metres from the surface, and three cells.
+    `reach` meters from the surface, and three cells.
 
     Raises
     ------

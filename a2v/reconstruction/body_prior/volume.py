@@ -18,7 +18,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 _STEP = 0.02
 """Limbs side by side are of one piece if their middles differ in depth by less than about twice so
-many metres."""
+many meters."""
 
 
 def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
@@ -121,7 +121,7 @@ def part_arms(
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The body's outer skin: vertices (S, 3), metres, faces (G, 3), and parts (S,), as of
+    """The body's outer skin: vertices (S, 3), meters, faces (G, 3), and parts (S,), as of
     `a2v.body.skin.outer_skin`."""
 
     vertices: FloatArray
@@ -157,7 +157,7 @@ def add_lobes(
         front, back = np.where(cloth, before, front), np.where(cloth, behind, back)
     covered = np.isfinite(front)
     wanted = mask_distance < 0
-    # slivers along the rim (under a centimetre and a half) are no hair and no skirt
+    # slivers along the rim (under a centimeter and a half) are no hair and no skirt
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
     missing = (
         cv2.dilate(
@@ -169,7 +169,7 @@ def add_lobes(
     if not missing.any():
         return field, share
     middle, half = _round_profile(front, back, covered, mask_distance, grid, settings.lobe)
-    # fade out into the body over a few centimetres
+    # fade out into the body over a few centimeters
     into = cv2.distanceTransform((~missing).astype(np.uint8), cv2.DIST_L2, 5) * grid.cell
     fade = np.clip(1.0 - into / 0.015, 0, 1)
     z = grid.axis(2).astype(np.float32)
@@ -194,7 +194,7 @@ def _round_profile(
     lobe: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Middle and half thickness (nx, ny) of a lobe at every column, which go on from the covered
-    ones that are nearest; at most `lobe` metres."""
+    ones that are nearest; at most `lobe` meters."""
     import cv2
 
     # thickness from the medial width of the mask's protruding region: a round profile from contour

@@ -38,8 +38,8 @@ _DOWN = -0.4
 """Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or
 nothing that was seen."""
 _EXPECTED = 0.03
-"""A colour that the backend expects of its surface holds for vertices of the character up to so far
-from it, metres, that face the same way."""
+"""A color that the backend expects of its surface holds for vertices of the character up to so far
+from it, meters, that face the same way."""
 
 
 def canonical_person(
@@ -165,7 +165,7 @@ def _observed(
     *,
     near: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses`
+    """Displacements (V,), meters, and what they count for (V,), by the photos, in whose `poses`
     (13854, 3) Anny's vertices and teeth are given."""
     mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
@@ -246,7 +246,7 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
-    """The backend's expected colours (V, 3) carried over to the character; NaN where its surface is
+    """The backend's expected colors (V, 3) carried over to the character; NaN where its surface is
     elsewhere."""
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""What a canonical person is coloured on: the model's own texture layout."""
+"""What a canonical person is colored on: the model's own texture layout."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def color_by_photos(
     settings: ColorSettings,
     progress: Progress | None = None,
 ) -> Surface:
-    """The canonical person's surface in colours of several photos; `sights` begin with the photo in
+    """The canonical person's surface in colors of several photos; `sights` begin with the photo in
     whose pose it stands."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))

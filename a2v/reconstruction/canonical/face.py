@@ -26,20 +26,20 @@ from a2v.reconstruction.face.build import (
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
-"""The head follows the face's bend up to so far from it, metres on the body at rest."""
+"""The head follows the face's bend up to so far from it, meters on the body at rest."""
 _JAW = 0.03
-"""Below the eyes what lies so near to the face keeps its shape, metres."""
+"""Below the eyes what lies so near to the face keeps its shape, meters."""
 _BROW = 0.005
 """The same above them, where hair begins."""
 SMALL = 44.0
 """Faces narrower than so many pixels keep the model's own features: landmarks are off by more than
 what tells people apart."""
-SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colours"
+SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colors"
 _MOST = 80.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
-TURNED_FACE = "the face is turned away in the photo: the character has the body model's own features in the photo's colours"
+TURNED_FACE = "the face is turned away in the photo: the character has the body model's own features in the photo's colors"
 _STIFF = 10.0
-"""Smoothing of thin-plate splines, square metres, that leaves nothing but an affine map."""
+"""Smoothing of thin-plate splines, square meters, that leaves nothing but an affine map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,9 @@ class Laid:
         head = body.bone_names.index("head")
         vertex = int(np.argmax(body.weights[:, head]))
         turn = self.bent.turns[vertex] @ np.linalg.inv(moved_from_rest(body)[vertex, :, :3])
-        centre = body.bone_transforms[head, :3, 3].astype(np.float64)
+        center = body.bone_transforms[head, :3, 3].astype(np.float64)
         moved = np.eye(4)
-        moved[:3, :3], moved[:3, 3] = turn, centre - turn @ centre
+        moved[:3, :3], moved[:3, 3] = turn, center - turn @ center
         transforms = body.bone_transforms.astype(np.float64)
         below = subtree(body.bone_parents, head)
         transforms[below] = moved @ transforms[below]

@@ -11,18 +11,18 @@ from a2v.reconstruction.canonical.hem import shadow_between_legs
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
 
 _GAP = 0.05
-"""Where the legs' skins are nearer to each other, metres, what lies between says nothing."""
+"""Where the legs' skins are nearer to each other, meters, what lies between says nothing."""
 _SHARE = 0.5
-"""Of the places between the legs that tell, at least so many lie within cloth, and have the colours
+"""Of the places between the legs that tell, at least so many lie within cloth, and have the colors
 of the legs around them."""
 _LEAST = 3
 _ALIKE = 12.0
-"""Colours within so many CIELAB units are alike; lightness counts a third, for cloth between two
+"""Colors within so many CIELAB units are alike; lightness counts a third, for cloth between two
 legs lies in their shadow."""
 _AROUND = 0.25
-"""The picture's colours are asked over this share of the gap around its middle."""
+"""The picture's colors are asked over this share of the gap around its middle."""
 _ROWS = 0.03
-"""And so far above and below, metres."""
+"""And so far above and below, meters."""
 _SAMPLES = 1500
 """Samples of the legs at that height."""
 _OFTEN = 0.15
@@ -99,7 +99,7 @@ def _alike(
     middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera
 ) -> float:
     """Share of what the photo shows around `middle` (n, 3), places between the legs `away` (n,)
-    metres from them, that it also shows on legs at the same height; 1 where nothing tells."""
+    meters from them, that it also shows on legs at the same height; 1 where nothing tells."""
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 

@@ -13,16 +13,16 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject, Su
 _ALONG = np.linspace(0.3, 1.75, 88)
 """Where both legs are asked: 0 at the hip, 1 at the knee, 2 at the ankle."""
 _CLOTH = 0.5
-"""Up to here legs tell the colours of what they wear."""
+"""Up to here legs tell the colors of what they wear."""
 _ACROSS = 0.025
-"""So far beside a leg's axis, metres, pixels are asked."""
+"""So far beside a leg's axis, meters, pixels are asked."""
 _LIGHT = 0.15
 """What lightness counts for: legs lie in the shadow of a skirt."""
 _HUES = (60.0, 8.0)
 """And a and b, which fade in the shadow too: times the first, divided by lightness and the
 second."""
 _SKIN = 20.0
-"""Colours so near to the face's skin, in units of `_stuff`, may be a leg's."""
+"""Colors so near to the face's skin, in units of `_stuff`, may be a leg's."""
 _RIGHT = 0.85
 """So large a share of both sides of a hem is cloth above and skin below."""
 _BARE = 6
@@ -30,14 +30,14 @@ _BARE = 6
 _LOWEST = 1.6
 """Farther down it is no hem of a skirt whose legs are together, but of trousers."""
 _UNEVEN = 0.14
-"""Hems of both legs lie at most so far apart along them, metres: above a raised knee it slides
+"""Hems of both legs lie at most so far apart along them, meters: above a raised knee it slides
 up."""
 _OVER = (0.03, 0.08)
-"""The cloth between both legs is asked so far above the hem, metres."""
+"""The cloth between both legs is asked so far above the hem, meters."""
 _APART = 0.04
-"""Legs whose axes are nearer to each other there, metres, have nothing between them."""
+"""Legs whose axes are nearer to each other there, meters, have nothing between them."""
 _ALIKE = 14.0
-"""What lies between has a colour of the legs' cloth, in units of `_stuff`."""
+"""What lies between has a color of the legs' cloth, in units of `_stuff`."""
 _FILLED = 0.9
 """So large a share of it."""
 _SEAM = 6.0
@@ -48,7 +48,7 @@ everywhere."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
-    """Height at rest, metres, of the hem of a skirt out of which bare legs come, and of its lowest
+    """Height at rest, meters, of the hem of a skirt out of which bare legs come, and of its lowest
     place; None where there is none, or the photo does not tell.
 
     Down both legs the photo turns from cloth to the face's skin, and right above, between the legs,
@@ -132,7 +132,7 @@ def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
 def _colors(
     lab: FloatArray, shown: BoolArray, camera: Camera, points: FloatArray
 ) -> tuple[FloatArray, IntArray]:
-    """Colours (n, 3), the medians across a leg, at those places (n,) of its axis (88, 3) that the
+    """Colors (n, 3), the medians across a leg, at those places (n,) of its axis (88, 3) that the
     photo shows."""
     pixels = camera.project(points)
     beside = np.linspace(-1, 1, 5)[:, None] * _ACROSS * camera.scale * np.array([1.0, 0.0])
@@ -146,13 +146,13 @@ def _colors(
 
 
 def _stuff(lab: FloatArray) -> FloatArray:
-    """Features (..., 3) of CIELAB colours (..., 3) that change little between light and shadow."""
+    """Features (..., 3) of CIELAB colors (..., 3) that change little between light and shadow."""
     scale = _HUES[0] / (lab[..., :1] + _HUES[1])
     return np.concatenate([_LIGHT * lab[..., :1], scale * lab[..., 1:]], axis=-1)
 
 
 def _is_skin(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> BoolArray:
-    """Which colours (n, 3) are nearer to the skin's `tone` (3,) than to those of the cloth (m,
+    """Which colors (n, 3) are nearer to the skin's `tone` (3,) than to those of the cloth (m,
     3)."""
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
@@ -179,7 +179,7 @@ def _filled(
     lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, palette: FloatArray
 ) -> bool:
     """Whether right above the hem, between its places on both axes (3,), there is cloth of the
-    legs' colours (m, 3), and no shadow of two legs."""
+    legs' colors (m, 3), and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
     colors = _strip(lab, camera, left, right, _OVER)
@@ -212,8 +212,8 @@ def _strip(
     right: FloatArray,
     heights: tuple[float, float],
 ) -> FloatArray:
-    """Colours (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far
-    above it, metres."""
+    """Colors (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far
+    above it, meters."""
     share = np.linspace(0.0, 1.0, 15)[:, None]
     rows = []
     for over in np.linspace(*heights, 5):

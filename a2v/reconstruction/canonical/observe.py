@@ -26,14 +26,14 @@ _MOST: dict[str, float] = {
     "shin": 0.12,
     "foot": 0.03,
 }
-"""Cloth and hair stand off the skin of a part by at most so much, metres."""
+"""Cloth and hair stand off the skin of a part by at most so much, meters."""
 _SUNK = 0.035
-"""The surface lies at most so far below the fitted skin, metres."""
+"""The surface lies at most so far below the fitted skin, meters."""
 _AGREE = 0.25
 """Cosine between the normals of skin and surface from which a hit counts."""
 _FOREIGN = (0.8, 0.012)
 """A hit counts where the nearest skin of another limb is farther off than this share of its own
-distance and so many metres more: nothing touches there."""
+distance and so many meters more: nothing touches there."""
 _UNSEEN = 0.35
 """What a displacement counts for that only the network says."""
 _EVENED = 2
@@ -48,7 +48,7 @@ class Observed:
     Attributes
     ----------
     offset : (V,) float64
-        Metres; 0 where nothing is known.
+        Meters; 0 where nothing is known.
     weight : (V,) float64
         0 where nothing is known, 1 where the photo shows the place.
     normals : (V, 3) float64
@@ -92,7 +92,7 @@ def observe(
     mesh : RestMesh
         The body's mesh at rest.
     skin : (V, 3)
-        Its vertices in the photo's pose, metres.
+        Its vertices in the photo's pose, meters.
     allowed : (V,) bool
         Vertices whose displacement is measured.
     near : float
@@ -134,7 +134,7 @@ def observe(
 
 def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArray) -> FloatArray:
     """How far each place (n, 3) is from the nearest skin of a part that does not grow into its own,
-    metres."""
+    meters."""
     from scipy.spatial import cKDTree
 
     pairs = {frozenset(map(PARTS.index, pair)) for pair in PART_NEIGHBORS}

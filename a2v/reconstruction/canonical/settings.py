@@ -21,10 +21,10 @@ class CharacterSettings:
         The body's own mesh in its rest pose, displaced to the dressed surface; or the papers' way:
         one surface fused in the photo's pose and bound afterwards (Eq. 19).
     smoothing : float
-        Metres over which observed displacements are smoothed along the body.
+        Meters over which observed displacements are smoothed along the body.
     near : float
         An observed point is dropped where the nearest skin to it lies farther than this from its
-        vertex on the body at rest, metres.
+        vertex on the body at rest, meters.
     """
 
     kind: Literal["canonical", "fused"] = "canonical"
@@ -37,7 +37,7 @@ class CharacterSettings:
         for name in ("smoothing", "near"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InputError(
-                    f"character.{name} is {getattr(self, name)}; expected a positive length in metres"
+                    f"character.{name} is {getattr(self, name)}; expected a positive length in meters"
                 )
 
 

@@ -13,7 +13,7 @@ from a2v.reconstruction.canonical.observe import Observed
 from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
 ASIDE = 0.004
-"""Error of an observed displacement in the photo's plane, where the outline tells it, metres."""
+"""Error of an observed displacement in the photo's plane, where the outline tells it, meters."""
 AHEAD = 0.010
 """The same along its rays, where the network guesses."""
 OWN_FACE = 1.3
@@ -51,7 +51,7 @@ def face_of(subjects: Sequence[Subject]) -> int:
 def merged(
     seen: Sequence[Observed], weights: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), metres, and what they count for (V,), of several photos' observations
+    """Displacements (V,), meters, and what they count for (V,), of several photos' observations
     with `weights` (V,).
 
     Each counts by how well its photo tells it: along the photo's plane the outline does, along its

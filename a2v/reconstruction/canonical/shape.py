@@ -14,7 +14,7 @@ _TWIN = 0.3
 _USUAL = 0.02
 """What the usual displacement of the part counts for."""
 _STIFF = 0.004
-"""Metres over which slopes are held back, too: a thin plate alone would overshoot where nothing is
+"""Meters over which slopes are held back, too: a thin plate alone would overshoot where nothing is
 known."""
 
 
@@ -25,7 +25,7 @@ class RestMesh:
     Attributes
     ----------
     vertices : (V, 3) float64
-        Metres.
+        Meters.
     faces : (F, 3) int
     parts : (V,) int
         Index into `a2v.body.PARTS`.
@@ -42,20 +42,20 @@ class RestMesh:
 def solve_offsets(
     mesh: RestMesh, offset: FloatArray, weight: FloatArray, *, fixed: BoolArray, smoothing: float
 ) -> FloatArray:
-    """Displacements (V,) float64, metres, near the observed ones and smooth over the body.
+    """Displacements (V,) float64, meters, near the observed ones and smooth over the body.
 
-    Minimises sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the
+    Minimizes sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the
     Laplacian D and the gradient G of the body at rest.
 
     Parameters
     ----------
     mesh : RestMesh
     offset, weight : (V,)
-        Observed displacements, metres, and the weight of each.
+        Observed displacements, meters, and the weight of each.
     fixed : (V,) bool
         Vertices that stay on the body.
     smoothing : float
-        l, metres.
+        l, meters.
     """
     from scipy.sparse import diags
 

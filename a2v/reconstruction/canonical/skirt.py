@@ -19,35 +19,35 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
 COLUMNS = 96
 """Vertices around."""
 _ROW = 0.016
-"""Between rows, metres."""
+"""Between rows, meters."""
 _ABOVE = 0.06
-"""The layer begins so far over the hips' joints, within the trunk, metres."""
+"""The layer begins so far over the hips' joints, within the trunk, meters."""
 _TUCKED = 0.05
-"""It comes out of the trunk over so much, metres."""
+"""It comes out of the trunk over so much, meters."""
 _UNDER = 0.012
-"""So far within the trunk, metres."""
+"""So far within the trunk, meters."""
 _THICK = 0.003
-"""Of the cloth, metres."""
+"""Of the cloth, meters."""
 _BAND = 0.02
-"""Skin up to so far above and below a row says how wide the legs are there, metres."""
+"""Skin up to so far above and below a row says how wide the legs are there, meters."""
 _SIDE = 0.7
 """Left of this share of the half width the cloth follows the left thigh, right of it the right one,
 and between both."""
 _START = 0.06
-"""Rays leave so far within the legs' hull, metres."""
+"""Rays leave so far within the legs' hull, meters."""
 _MOST = 0.28
-"""Cloth stands off the legs' hull by at most so much, metres."""
+"""Cloth stands off the legs' hull by at most so much, meters."""
 _SMOOTH = 0.03
-"""Metres over which displacements are smoothed."""
+"""Meters over which displacements are smoothed."""
 _BREAK = 3
 """So many rows without cloth between the legs end it."""
 BELOW = 0.05
-"""So far below the lowest place of a hem that the photo shows, metres, legs are bare: the surface
+"""So far below the lowest place of a hem that the photo shows, meters, legs are bare: the surface
 steps in there."""
 _LEAST = 0.15
-"""What is shorter, metres, is a displacement of the trunk."""
+"""What is shorter, meters, is a displacement of the trunk."""
 _STEPS = (0.04, 0.65)
-"""Cloth that stood off by more than this, metres, ends where it stands off by less than this share
+"""Cloth that stood off by more than this, meters, ends where it stands off by less than this share
 of its most."""
 _SHARE = 0.2
 """Height of its strip at the bottom of the texture; the body's layout shrinks by as much."""
@@ -62,13 +62,13 @@ class Skirt:
     Attributes
     ----------
     vertices : (n, 3) float64
-        At rest, metres.
+        At rest, meters.
     weights : (n, 4) float64
     bones : (n, 4) int64
     anchors : (n,) int64
         Vertices of the body next to it.
     hem : float
-        Its height at rest, metres.
+        Its height at rest, meters.
     """
 
     vertices: FloatArray
@@ -84,7 +84,7 @@ def make_skirt(
     """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices
     at rest are `rest` (V, 3); None where it is too short to hang.
 
-    It ends at the height `hem`, metres at rest; None: where the surface steps back to the legs.
+    It ends at the height `hem`, meters at rest; None: where the surface steps back to the legs.
     """
     from scipy.spatial import cKDTree
 
@@ -154,7 +154,7 @@ def make_skirt(
 
 def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> BoolArray:
     """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no
-    clothes of its own: down to the height `lowest`, metres."""
+    clothes of its own: down to the height `lowest`, meters."""
     low, top = (
         on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"),
         float(skirt.vertices[:, 1].max()),

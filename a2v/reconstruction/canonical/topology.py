@@ -15,7 +15,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.types import FloatArray, IntArray
 
 _LONGEST = 0.016
-"""Edges of the default body's skin longer than this, metres, are halved."""
+"""Edges of the default body's skin longer than this, meters, are halved."""
 _TEETH = np.array([[0.87, 0.90], [0.985, 0.985]])
 """Corners of the teeth's place in the texture."""
 _ROUNDS = 2

@@ -13,17 +13,17 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 COVERED = tuple(name for name in PARTS if name.endswith(("torso", "thigh", "shin", "arm")))
 _SMOOTHED = 8
-"""Rounds of averaging over neighbours that take the anatomy out of what clothes cover."""
+"""Rounds of averaging over neighbors that take the anatomy out of what clothes cover."""
 _BALL = (0.02, 0.06)
-"""From so far before the ankle on, metres, toes close up; from the second on they are one."""
+"""From so far before the ankle on, meters, toes close up; from the second on they are one."""
 _SOLE = 0.016
-"""What lies lower than this over the lowest point of a foot is its sole, metres; ..."""
+"""What lies lower than this over the lowest point of a foot is its sole, meters; ..."""
 _ARCH = 0.03
 """... above this nothing moves down."""
 _LEATHER = 0.004
-"""Thickness of a shoe around the toes, metres."""
+"""Thickness of a shoe around the toes, meters."""
 _BOX = 0.012
-"""A shoe is so much higher than toes, metres."""
+"""A shoe is so much higher than toes, meters."""
 _STUB = 120.0
 """Stiffness by which toes shrink to a stub, in squares of edges."""
 _SPREAD = 120

@@ -35,21 +35,21 @@ _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
 """The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips
 hide them, and open ones show them."""
 _UPPER_UP = 0.0005
-"""The upper ones are moved up so far, metres."""
+"""The upper ones are moved up so far, meters."""
 _LOWER_DOWN = 0.002
-"""The lower ones are moved down so far, metres."""
+"""The lower ones are moved down so far, meters."""
 _CLOSED = 0.05
 """So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a
-fraction of a millimetre, through which teeth show."""
+fraction of a millimeter, through which teeth show."""
 _LID = 0.82
 """So much of the model's blink: whole, its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
 """The detector sees the model's face, drawn from before, bent forward by so many degrees."""
 _EYE_REACH = (0.027, 0.036)
-"""Expressions of an eye are whole up to the first distance from its middle, metres, and end at the
+"""Expressions of an eye are whole up to the first distance from its middle, meters, and end at the
 second."""
 _LEAST = 1e-5
-"""Shorter offsets, metres, are none."""
+"""Shorter offsets, meters, are none."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class FaceSettings:
         Lay the body's own face into the surface, with its expressions; without, the face is as the
         surface has it, and does not move.
     smoothing : float
-        How far the landmarks may be missed for a smoother face, square metres of thin-plate
+        How far the landmarks may be missed for a smoother face, square meters of thin-plate
         splines.
     """
 
@@ -202,7 +202,7 @@ class BentFace:
     patch : Patch
     posed, bent : (13854, 3)
         Anny's vertices and teeth with the head turned as the photo's, before and after the bend,
-        metres.
+        meters.
     turns : (13854, 3, 3)
         How each is turned from rest.
     bend : callable
@@ -216,7 +216,7 @@ class BentFace:
     bend: Callable[[FloatArray], FloatArray]
 
     def moved(self, name: str) -> FloatArray:
-        """How far (13854, 3) the expression `name` moves the bent vertices, metres; 0 for those
+        """How far (13854, 3) the expression `name` moves the bent vertices, meters; 0 for those
         that it does not name."""
         ids, shifts = actions_of()[name]
         whole = np.zeros_like(self.posed)

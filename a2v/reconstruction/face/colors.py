@@ -1,4 +1,4 @@
-"""Colours of a face that its photo does not show: the mouth from within, and the eyeballs under the
+"""Colors of a face that its photo does not show: the mouth from within, and the eyeballs under the
 lids."""
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ _TEETH = np.array([0.88, 0.85, 0.78])
 _GUM = np.array([0.72, 0.4, 0.38])
 _WHITE = np.array([0.84, 0.81, 0.79])
 _LASHES = 0.04
-"""So much of an eye's width beyond its opening the eyeball keeps the photo's colours."""
+"""So much of an eye's width beyond its opening the eyeball keeps the photo's colors."""
 _BALL = 1.2
 """So many widths of an eye around its middle are painted as its ball; the other eye begins at one
 and a half."""
 _DEEP = 0.022
-"""So far behind the lips, metres, the mouth is dark."""
+"""So far behind the lips, meters, the mouth is dark."""
 
 
 @dataclass(frozen=True)
 class FacePaint:
-    """What the colouring takes from the face rather than from the photo's pixels.
+    """What the coloring takes from the face rather than from the photo's pixels.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class FacePaint:
 
 
 def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
-    """The colours of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a
+    """The colors of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a
     surface without a face."""
     face = surface.face
     if face is None:
@@ -154,7 +154,7 @@ def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray
 
 
 def _white(photo: FloatArray, clear: BoolArray, opening: BoolArray, light: float) -> FloatArray:
-    """The colour (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without
+    """The color (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without
     any, of the opening's, whatever covers it."""
     pixels = photo[clear if clear.sum() >= 4 else opening]
     if not len(pixels):

@@ -1,5 +1,5 @@
 """The photo's face drawn over the body's own features: a face that is not bent to the photo's
-landmarks has its colours by them."""
+landmarks has its colors by them."""
 
 from __future__ import annotations
 

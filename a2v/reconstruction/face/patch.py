@@ -17,7 +17,7 @@ from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE, SUR
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _MARGIN = 0.008
-"""The patch reaches so far beyond eyes, brows, lips and chin, metres, on the body at rest."""
+"""The patch reaches so far beyond eyes, brows, lips and chin, meters, on the body at rest."""
 
 
 @dataclass(frozen=True)

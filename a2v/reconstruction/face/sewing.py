@@ -10,9 +10,9 @@ from a2v.reconstruction.face.patch import Patch
 from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 _REACH = 0.06
-"""What lies farther from the patch, metres, stays."""
+"""What lies farther from the patch, meters, stays."""
 _GAP = 0.004
-"""Cloth of the seam between rim and hole: so wide at least, metres."""
+"""Cloth of the seam between rim and hole: so wide at least, meters."""
 
 
 def cut_and_sew(

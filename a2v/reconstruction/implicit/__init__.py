@@ -1,4 +1,4 @@
-"""Pixel-aligned implicit functions: a person's surface and colours from one photo and the body that
+"""Pixel-aligned implicit functions: a person's surface and colors from one photo and the body that
 was fitted to it.
 
 `implicit_surface(subject, body, camera)` runs the shipped networks; `train_reconstruction` makes

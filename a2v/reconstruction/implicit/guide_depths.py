@@ -18,10 +18,10 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera
 STIFFNESS = 50.0
 """How far moves spread over the guide's skin: the square of its edges."""
 EDGE = 0.04
-"""A step in the guide's depth from pixel to pixel, metres, near which maps tell nothing: they are
+"""A step in the guide's depth from pixel to pixel, meters, near which maps tell nothing: they are
 blurred over it."""
 DOUBT = 0.04
-"""Moves of so many metres count a quarter: where maps and fit are far apart, it is as often the
+"""Moves of so many meters count a quarter: where maps and fit are far apart, it is as often the
 maps that are wrong."""
 
 

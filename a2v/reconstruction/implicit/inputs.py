@@ -25,7 +25,7 @@ GUIDE = 256
 FILL = 0.9
 """The person's longer side as a share of the frame's."""
 REACH = 0.3
-"""Distances to the mask are clipped at this, metres."""
+"""Distances to the mask are clipped at this, meters."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Frame:
     Attributes
     ----------
     image : (S, S, 3) uint8
-        sRGB, grey outside of the photo.
+        sRGB, gray outside of the photo.
     mask : (S, S) float32
         Opacity of the person in [0, 1].
     camera : OrthographicCamera
@@ -86,7 +86,7 @@ def make_frame(
     matte = np.asarray(mask, np.float32)
     if zoom < 1:  # OpenCV's warp looks at four pixels only
         image, matte = (cv2.GaussianBlur(x, (0, 0), 0.45 / zoom) for x in (image, matte))
-    # pixel centres lie at halves: ours and OpenCV's coordinates differ by 0.5
+    # pixel centers lie at halves: ours and OpenCV's coordinates differ by 0.5
     shift = size / 2 - zoom * np.array([u, v]) + 0.5 * zoom - 0.5
     move = np.array([[zoom, 0, shift[0]], [0, zoom, shift[1]]])
     flags = cv2.INTER_LINEAR if zoom < 1 else cv2.INTER_CUBIC
@@ -110,7 +110,7 @@ def make_frame(
 
 
 def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
-    """The photo's channels (4, size, size) float32: colours less mid grey times the mask, and the
+    """The photo's channels (4, size, size) float32: colors less mid gray times the mask, and the
     mask."""
     import cv2
 
@@ -131,7 +131,7 @@ class GuideMaps:
     Attributes
     ----------
     depth_front, depth_back : (H, W) float32
-        z, metres; NaN where the body is not.
+        z, meters; NaN where the body is not.
     normals_front, normals_back : (H, W, 3) float32
         Unit normals in the camera's axes; 0 where the body is not.
     """
@@ -143,7 +143,7 @@ class GuideMaps:
 
 
 class GuideMesh:
-    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are
+    """A closed body mesh, vertices (V, 3) meters and faces (F, 3), that points and pixels are
     compared with."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
@@ -157,7 +157,7 @@ class GuideMesh:
         return self._vertices, self._faces
 
     def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at
+        """Signed distance (N,) to the body, meters, negative inside, and its unit normal (N, 3) at
         the nearest point."""
         return signed_distance_and_normals(
             self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32)
@@ -171,10 +171,10 @@ class GuideMesh:
         return GuideMaps(front.depth, back.depth, front.normals, back.normals)
 
 
-def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:
-    """Signed distance (H, W) to the contour of ``mask > 0.5``, metres, negative inside, clipped at
+def mask_distance(mask: FloatArray, pixels_per_meter: float) -> FloatArray:
+    """Signed distance (H, W) to the contour of ``mask > 0.5``, meters, negative inside, clipped at
     `REACH`."""
-    return np.clip(contour_distance(mask > 0.5) / pixels_per_metre, -REACH, REACH).astype(
+    return np.clip(contour_distance(mask > 0.5) / pixels_per_meter, -REACH, REACH).astype(
         np.float32
     )
 

@@ -37,11 +37,11 @@ CLOTH = 0.15
 """So much of that where cloth hangs between the legs: the networks are guided by a body that has
 nothing there, and would tear it."""
 BAND = 0.025
-"""It never moves farther, metres."""
+"""It never moves farther, meters."""
 THICKEST = 0.25
-"""More than so many metres of thickness do not count."""
+"""More than so many meters of thickness do not count."""
 ROUNDS = 20
-"""Thickness is averaged over so many rings of neighbours on the grid's mesh."""
+"""Thickness is averaged over so many rings of neighbors on the grid's mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +55,9 @@ class ShellLimits:
     places : scipy.spatial.cKDTree
         Of points (P, 3) on its surface.
     outwards, inwards : (P,)
-        How far the surface may move there, metres.
+        How far the surface may move there, meters.
     inside : (S, S) float32
-        Distance to the mask's contour, metres, 0 outside.
+        Distance to the mask's contour, meters, 0 outside.
     camera : OrthographicCamera
         Of the pixels of `inside`.
     """
@@ -98,7 +98,7 @@ class ShellLimits:
         )
 
     def keep(self, points: FloatArray, values: FloatArray) -> FloatArray:
-        """Signed distances `values` (N,) at points (N, 3), metres, so that their zero level lies
+        """Signed distances `values` (N,) at points (N, 3), meters, so that their zero level lies
         within the shell."""
         from scipy.ndimage import map_coordinates
 
@@ -124,7 +124,7 @@ class ShellLimits:
 
 def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
     """How thick a closed mesh, vertices (V, 3) and faces (F, 3), is behind each vertex (V,), and
-    how far it is to what is before it (V,); metres.
+    how far it is to what is before it (V,); meters.
 
     Thickness is at most `THICKEST`; the way is infinite where there is nothing.
     """
@@ -140,7 +140,7 @@ def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]
 
 
 def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
-    """The zero level of a dressed body's distances: vertices (V, 3) metres, faces (F, 3),
+    """The zero level of a dressed body's distances: vertices (V, 3) meters, faces (F, 3),
     outward."""
     from skimage.measure import marching_cubes
 

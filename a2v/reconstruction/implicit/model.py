@@ -1,4 +1,4 @@
-"""The shipped networks at work on one person: maps once, then distances and colours of any points,
+"""The shipped networks at work on one person: maps once, then distances and colors of any points,
 by onnxruntime."""
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MAPS_FILE = "person_maps.onnx"
 FIELD_FILE = "person_field.onnx"
 """The network of the field."""
 COLORS_FILE = "person_colors.onnx"
-"""The network of colours."""
+"""The network of colors."""
 FILES = (MAPS_FILE, FIELD_FILE, COLORS_FILE)
 CHUNK = 65_536
 """Points a call: bounds memory."""
@@ -93,7 +93,7 @@ class ImplicitModel:
         return self.see_frame(frame, vertices, faces)
 
     def see_frame(self, frame: Frame, vertices: FloatArray, faces: Any) -> ImplicitPerson:
-        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), metres, in the frame of
+        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), meters, in the frame of
         its camera."""
         import cv2
 
@@ -123,7 +123,7 @@ class ImplicitPerson:
     guide : GuideMesh
         The fitted body, moved so that its mean z is 0.
     middle : float
-        Mean z of the body in the frame of the camera, metres.
+        Mean z of the body in the frame of the camera, meters.
     maps : mapping of str to array
         Inputs and outputs of the network that saw the photo; ``maps["maps"]`` (1, 8, 256, 256)
         holds normals and depths.
@@ -136,14 +136,14 @@ class ImplicitPerson:
     maps: Mapping[str, FloatArray]
 
     def distance(self, points: FloatArray) -> FloatArray:
-        """Signed distance (N,) float32 to the person's surface at points (N, 3), metres, negative
+        """Signed distance (N,) float32 to the person's surface at points (N, 3), meters, negative
         inside."""
         return self._run(
             FIELD_FILE, "distance", ("features", "maps", "fine", "guide"), points, None
         )
 
     def colors(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """Expected sRGB colours (N, 3) in [0, 1] of surface points (N, 3) with unit normals (N,
+        """Expected sRGB colors (N, 3) in [0, 1] of surface points (N, 3) with unit normals (N,
         3)."""
         return self._run(
             COLORS_FILE,

@@ -1,4 +1,4 @@
-"""The `pifu` backend: the surface that the networks see in a photo, and the colours that they
+"""The `pifu` backend: the surface that the networks see in a photo, and the colors that they
 expect on it."""
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from a2v.reconstruction.relief import follow_normals
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08
-"""Clothes and hair reach at most this far beyond the body and the mask, metres."""
+"""Clothes and hair reach at most this far beyond the body and the mask, meters."""
 COARSER = 0.8
 """The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a
 second faster."""
 RIM = 0.004
-"""So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it
+"""So near to the mask's contour, meters, the surface is not smoothed: the silhouette stays what it
 is."""
 
 
@@ -242,10 +242,10 @@ def rim_levels(
     largest: float = 0.02,
     reach: float = 0.03,
 ) -> FloatArray:
-    """The level of the field at which its silhouette meets the mask's contour, metres, at most
+    """The level of the field at which its silhouette meets the mask's contour, meters, at most
     `largest` off 0, by pixel of the frame (H, W).
 
-    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres
+    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimeters
     within the person, or beyond. Near the contour (`reach`) the level is what is missing there,
     smoothed along the contour; elsewhere it is the median.
     """

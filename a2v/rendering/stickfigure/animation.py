@@ -116,12 +116,12 @@ class _Panel:
         root = clip.root * ground
         follows = float(np.ptp(root, axis=0).max()) > settings.follow
         # the camera's path is smoother than the person's, so that the person still sways
-        self.centre = (
+        self.center = (
             _smooth(root, 1.2 * clip.fps)
             if follows
             else np.tile((root.min(0) + root.max(0)) / 2, (clip.frames, 1))
         )
-        local = clip.joints - self.centre[:, None]
+        local = clip.joints - self.center[:, None]
         seen = project(local, *view)[..., :2].reshape(-1, 2)
         margin = settings.head + 0.03
         low, high = (
@@ -133,7 +133,7 @@ class _Panel:
         reach = 1.0 if follows else 0.5
         self.lines = ground_grid(flat.min(0) - reach, flat.max(0) + reach, settings)
         self.path = root
-        self.ground = draw_ground(self.ax, self.lines - self.centre[0], settings)
+        self.ground = draw_ground(self.ax, self.lines - self.center[0], settings)
         self.track = LineCollection([], colors=[faded(PATH, 0.65), PATH], linewidths=1.5, zorder=3)
         self.ax.add_collection(self.track, autolim=False)
         self.person = FigureArtists(self.ax, clip, settings)
@@ -143,9 +143,9 @@ class _Panel:
     def show(self, frame: int) -> None:
         """Show one frame; the last one stays."""
         frame = min(frame, self.clip.frames - 1)
-        view, centre = (self.settings.azimuth, self.settings.elevation), self.centre[frame]
+        view, center = (self.settings.azimuth, self.settings.elevation), self.center[frame]
         if self.follows:
-            lines = self.lines - centre
+            lines = self.lines - center
             flat = lines.reshape(-1, 3)
             low, high = flat.min(axis=0), flat.max(axis=0)
             corners = np.array(
@@ -158,9 +158,9 @@ class _Panel:
             )
             self.ground[0].set_verts([project(corners, *view)[:, :2]])
             self.ground[1].set_segments(list(project(lines, *view)[..., :2]))
-        path = project(self.path - centre, *view)[:, :2]
+        path = project(self.path - center, *view)[:, :2]
         self.track.set_segments([path, path[: frame + 1]])
-        self.person.place(self.clip.joints[frame] - centre)
+        self.person.place(self.clip.joints[frame] - center)
 
 
 def _smooth(path: FloatArray, frames: float) -> FloatArray:

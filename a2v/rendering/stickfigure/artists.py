@@ -1,7 +1,7 @@
 """What stick figures are made of: settings, the view, the figure, the ground, and panels without
 ticks (matplotlib).
 
-Every picture is an orthographic view of the world (metres, y up) with equal axes: the ground at y =
+Every picture is an orthographic view of the world (meters, y up) with equal axes: the ground at y =
 0 with a grid, the figure's shadow straight below it; the person's left is red, the right blue.
 """
 
@@ -43,14 +43,14 @@ class StickSettings:
         From where the camera looks, degrees: 0 is the front (from +z), positive azimuth goes to the
         person's left (+x), positive elevation up.
     left, right, middle : str
-        Colours of the person's left and right limbs and of the rest.
+        Colors of the person's left and right limbs and of the rest.
     bone, head : float
-        Thickness of bones, radius of the head, metres.
+        Thickness of bones, radius of the head, meters.
     cell : float
-        Distance of the grid's lines, metres.
+        Distance of the grid's lines, meters.
     follow : float
         Extent of a path over the ground beyond which the camera of an animation goes with the
-        figure, metres.
+        figure, meters.
     """
 
     size: int = 256
@@ -72,13 +72,13 @@ class StickSettings:
 
 
 def project(points: FloatArray, azimuth: float, elevation: float) -> FloatArray:
-    """Orthographic view of points (..., 3): to the right, up, and towards the camera, metres (...,
+    """Orthographic view of points (..., 3): to the right, up, and towards the camera, meters (...,
     3).
 
     Parameters
     ----------
     points : (..., 3) float
-        Metres, y up.
+        Meters, y up.
     azimuth, elevation : float
         See `StickSettings`.
     """
@@ -102,10 +102,10 @@ class FigureArtists:
 
         self.settings, self.ends = settings, np.arange(1, len(motion.parents))
         self.starts = motion.parents[1:]
-        colours = {"left": settings.left, "right": settings.right, "": settings.middle}
-        self.colours = np.array([colours[split_side(name)[0]] for name in motion.joint_names[1:]])
+        colors = {"left": settings.left, "right": settings.right, "": settings.middle}
+        self.colors = np.array([colors[split_side(name)[0]] for name in motion.joint_names[1:]])
         self.head = canonical_joints(motion.joint_names, motion.parents.tolist()).get("head")
-        # line widths are in points: metres by the panel's scale
+        # line widths are in points: meters by the panel's scale
         width = settings.bone * _points_per_unit(ax)
         self.shadow = LineCollection(
             [], linewidths=width, colors=SHADOW, capstyle="round", zorder=2
@@ -139,7 +139,7 @@ class FigureArtists:
         self.bones.set_segments(
             list(np.stack([seen[self.starts, :2], seen[self.ends, :2]], axis=1)[order])
         )
-        self.bones.set_color([faded(colour, fade) for colour in self.colours[order]])
+        self.bones.set_color([faded(color, fade) for color in self.colors[order]])
         self.shadow.set_segments(
             list(np.stack([flat[self.starts, :2], flat[self.ends, :2]], axis=1))
         )
@@ -152,7 +152,7 @@ class FigureArtists:
 
 
 def _points_per_unit(ax: Axes) -> float:
-    """Typographic points of one metre in a panel whose limits are set."""
+    """Typographic points of one meter in a panel whose limits are set."""
     low, high = ax.get_xlim()
     box = ax.get_position()
     figure = ax.get_figure(root=True)
@@ -160,11 +160,11 @@ def _points_per_unit(ax: Axes) -> float:
     return float(box.width * figure.get_figwidth() * 72 / (high - low))
 
 
-def faded(colour: str, share: float) -> tuple[float, float, float]:
-    """A colour as RGB in [0, 1], the `share` of the way to white."""
+def faded(color: str, share: float) -> tuple[float, float, float]:
+    """A color as RGB in [0, 1], the `share` of the way to white."""
     from matplotlib.colors import to_rgb
 
-    red, green, blue = (float(value + (1 - value) * share) for value in to_rgb(colour))
+    red, green, blue = (float(value + (1 - value) * share) for value in to_rgb(color))
     return red, green, blue
 
 

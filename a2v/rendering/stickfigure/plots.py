@@ -116,7 +116,7 @@ def plot_rows(
 def _bounds(
     shown: Sequence[FloatArray], spot: FloatArray, settings: StickSettings
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest corner (2,) of a pose's panel, metres, that holds every pose (P, J, 3) and
+    """Least and greatest corner (2,) of a pose's panel, meters, that holds every pose (P, J, 3) and
     the ground's grid (L, 2, 3) under it."""
     view = settings.azimuth, settings.elevation
     seen = np.concatenate([project(joints, *view)[..., :2].reshape(-1, 2) for joints in shown])

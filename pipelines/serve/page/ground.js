@@ -3,7 +3,7 @@ import { byId } from "./tools.js";
 
 const HALF = 4, MOST = 20, CLOSE = 0.12;
 
-/** Points of a line without those that lie within `CLOSE` metres of it (Douglas and Peucker 1973). */
+/** Points of a line without those that lie within `CLOSE` meters of it (Douglas and Peucker 1973). */
 function simpler(points) {
   if (points.length < 3) return points;
   const [a, b] = [points[0], points.at(-1)], long = Math.hypot(b[0] - a[0], b[1] - a[1]);

@@ -121,7 +121,7 @@ def test_losses_and_errors_vanish_on_the_truth_alone() -> None:
     )
     assert float(wrong["depth"]) < 1e-5
     assert float(wrong["likelihood"]) > float(right["likelihood"])
-    # a hundredth of the picture's side, of which half a one is a metre
+    # a hundredth of the picture's side, of which half a one is a meter
     assert float(errors(truth(true, 0.01), true)["limbs"].mean()) == pytest.approx(2.0, rel=1e-3)
     assert float(errors(truth(true), true)["front_depth"].max()) < 1e-3
 

@@ -37,7 +37,7 @@ def copied(recorded, tmp_path):
     return shutil.copytree(recorded, tmp_path / "own")
 
 
-def test_recordings_become_clips_in_metres_at_the_wanted_rate(recorded):
+def test_recordings_become_clips_in_meters_at_the_wanted_rate(recorded):
     dataset = load_dataset("bvh", recorded)
     assert dataset.actions == ("jump", "walk")
     assert dataset.labels.tolist() == [0, 0, 1, 1]

@@ -153,7 +153,7 @@ def test_descriptions_mean_what_a_person_would_say(text: str, action: str | None
     )
 
 
-def test_amc_has_bones_of_the_skeletons_lengths_in_metres() -> None:
+def test_amc_has_bones_of_the_skeletons_lengths_in_meters() -> None:
     motion = read_amc(amc(5), ASF)
     assert motion.frames == 5
     left, knee = motion.joint_names.index("lfemur"), motion.joint_names.index("ltibia")

@@ -72,7 +72,7 @@ def test_cmu_has_the_published_clips(cmu):
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
-def test_people_stand_upright_in_metres(name, data_dir):
+def test_people_stand_upright_in_meters(name, data_dir):
     dataset = load_dataset(name, data_dir)
     skeleton = dataset.skeleton
     standing = [dataset.motion(i).joints for i in range(0, len(dataset), 37)]

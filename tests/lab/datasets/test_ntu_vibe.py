@@ -124,7 +124,7 @@ def test_there_is_no_trajectory_for_glmi(folder):
 
 
 def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
-    """VIBE's hips move by centimetres around the body's own centre."""
+    """VIBE's hips move by centimeters around the body's own center."""
     for path in (folder / "vibe").glob("*.pkl"):
         tracks = joblib.load(path)
         if 1 in tracks:

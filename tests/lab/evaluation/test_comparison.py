@@ -45,12 +45,12 @@ def test_an_unmoved_body_from_the_front_is_the_photo(scene):
     assert 0.03 < shown.mean() < 0.7
     # where the view's pixels lie in the photo
     height = float(np.ptp(body.vertices[:, 1]))
-    metres = 1.2 * height / SIZE
+    meters = 1.2 * height / SIZE
     middle = (body.vertices.min(axis=0) + body.vertices.max(axis=0)) / 2
     points = np.stack(
         [
-            middle[0] + (columns + 0.5 - SIZE / 2) * metres,
-            middle[1] - (rows + 0.5 - SIZE / 2) * metres,
+            middle[0] + (columns + 0.5 - SIZE / 2) * meters,
+            middle[1] - (rows + 0.5 - SIZE / 2) * meters,
             0 * rows,
         ],
         axis=-1,

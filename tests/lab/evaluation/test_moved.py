@@ -116,7 +116,7 @@ def test_torn_area_is_of_long_stretched_triangles() -> None:
 
 
 def test_colors_of_other_parts_are_those_that_the_truth_has_elsewhere() -> None:
-    """A hand's colour on the belly counts; the belly's own, and a shade that nothing has, do
+    """A hand's color on the belly counts; the belly's own, and a shade that nothing has, do
     not."""
     generator = np.random.default_rng(0)
     belly, hand = (
@@ -195,7 +195,7 @@ def test_the_truth_stands_on_the_ground_in_every_pose(case: MovedCase) -> None:
 
 
 def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> None:
-    """The bare body of another person is within centimetres of the truth, and nothing of it is
+    """The bare body of another person is within centimeters of the truth, and nothing of it is
     torn."""
     first = dataclasses.replace(case, vertices=case.vertices[:2], turns=case.turns[:2])
     character = skin_of(rest_body)

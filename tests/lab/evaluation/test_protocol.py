@@ -189,7 +189,7 @@ def test_single_actions_are_compared_with_themselves_alone(setting):
         evaluate_actions({}, dataset, evaluator, ["fly"])
 
 
-def test_physics_are_in_metres_and_beside_real_data(setting):
+def test_physics_are_in_meters_and_beside_real_data(setting):
     dataset, evaluator = setting
     half = dataclasses.replace(
         dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))

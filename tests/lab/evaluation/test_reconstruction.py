@@ -200,7 +200,7 @@ def test_depth_does_not_count_and_flips_do(wide: trimesh.Trimesh) -> None:
 
 @pytest.mark.parametrize("size", [1.0, 1.7])
 def test_size_and_place_are_the_photos(wide: trimesh.Trimesh, size: float) -> None:
-    """A prediction in another camera's metres, seen in a crop of another resolution, lands on the
+    """A prediction in another camera's meters, seen in a crop of another resolution, lands on the
     truth."""
     case = make_case(wide)
     crop, zoom = (50, 20, 350, 390), 1.5
@@ -318,7 +318,7 @@ def test_methods_have_names() -> None:
     assert Method.parse("body-prior:ours").name == "body-prior"
     with pytest.raises(InputError, match="backend 'nerf'"):
         Method.parse("nerf")
-    with pytest.raises(InputError, match="colouring 'best'"):
+    with pytest.raises(InputError, match="coloring 'best'"):
         Method.parse("body-prior:best")
     with pytest.raises(InputError, match="views"):
         BenchmarkSettings(views=0)
@@ -328,7 +328,7 @@ def test_methods_have_names() -> None:
     ("options", "message"),
     [
         (["--methods", "nerf"], "unknown backend 'nerf'"),
-        (["--methods", "body-prior:best"], "unknown colouring 'best'"),
+        (["--methods", "body-prior:best"], "unknown coloring 'best'"),
         (["--methods", "body-prior", "--size", "1"], "size from 64 to 2048"),
         (["--methods", "body-prior"], "no .glb files"),
     ],
@@ -540,7 +540,7 @@ def test_measured_photos_are_kept(tmp_path, wide: trimesh.Trimesh) -> None:
 
 @pytest.mark.slow
 def test_a_photo_through_the_real_path(data_dir) -> None:
-    """A posed avatar, photographed orthographically in even light before grey: perception, fit,
+    """A posed avatar, photographed orthographically in even light before gray: perception, fit,
     body-prior, metrics, sheet."""
     avatar = load_avatar(list_avatars(data_dir / "avatars")[0])
     surface = avatar.surface(a_pose())

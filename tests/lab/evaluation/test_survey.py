@@ -15,7 +15,7 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.lab.evaluation.survey import REAL, SurveySettings, plan_survey, write_survey
-from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key
+from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key
 from pipelines.cli import main
 from tests.support.motions import person
 
@@ -193,7 +193,7 @@ def test_a_participant_in_a_browser(study, tmp_path):
     assert {answer["question"] for answer in answers["answers"]} == {
         question["id"] for question in key["questions"]
     }
-    result = analyse(key, [answers])
+    result = analyze(key, [answers])
     assert sum(result.ranks["ours"]) == 3
     assert result.correct.total == 4
 
@@ -287,7 +287,7 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
         main(
             [
                 "survey",
-                "--analyse",
+                "--analyze",
                 *files,
                 "--key",
                 str(page.with_suffix(".key.json")),
@@ -299,7 +299,7 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
     )
     assert "| cmu over theirs | 100.0 % [43.9, 100.0] |" in out.read_text(encoding="utf-8")
     assert json.loads(out.with_suffix(".json").read_text())["participants"] == 3
-    assert main(["survey", "--analyse", files[0]]) == 2
+    assert main(["survey", "--analyze", files[0]]) == 2
     assert "give --key" in capsys.readouterr().err
 
 

@@ -13,7 +13,7 @@ from a2v.errors import InputError
 from a2v.lab.evaluation.survey import REAL
 from a2v.lab.evaluation.survey_answers import (
     MAX_ANSWER_BYTES,
-    analyse,
+    analyze,
     read_answers,
     read_key,
     survey_table,
@@ -83,7 +83,7 @@ def test_percentages_counted_by_hand():
         answers("p2", q1=["a1", "r1", "b1"], q3=False, q4=None),
         answers("p3", q2=None, q3=True, q4=False),
     ]
-    result = analyse(HAND_KEY, people)
+    result = analyze(HAND_KEY, people)
     # five rankings: R A B, A R B, A R B, A R B, R A B
     assert result.participants == 3
     assert result.ranks == {"A": (3, 2, 0), "B": (0, 0, 5), REAL: (2, 3, 0)}
@@ -150,6 +150,6 @@ def test_bad_keys_and_doubles_are_named(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
         read_key(tmp_path / "none.json")
     with pytest.raises(InputError, match="p1 is there twice"):
-        analyse(HAND_KEY, [answers(), answers()])
+        analyze(HAND_KEY, [answers(), answers()])
     with pytest.raises(InputError, match="no answers"):
-        analyse(HAND_KEY, [])
+        analyze(HAND_KEY, [])

@@ -63,6 +63,6 @@ def test_slabs_are_what_neither_width_nor_body_explains() -> None:
     assert slab_share(person, body, camera, mask) < 0.005
     deep = vertices.copy()
     legs = deep[:, 1] < 0.75
-    deep[legs, 2] *= 4  # legs of half a metre
+    deep[legs, 2] *= 4  # legs of half a meter
     share = slab_share(dataclasses.replace(person, vertices=deep), body, camera, mask)
     assert 0.2 < share < 0.6

@@ -48,7 +48,7 @@ def exported(data, codec, tmp_path_factory):
             parameter.add_(torch.randn_like(parameter) * 0.05)
     model = FlowModel(network.eval(), codec)
     path = tmp_path_factory.mktemp("flow") / "flow.onnx"
-    export_flow(model, data, path, licence="Apache-2.0", sampling=Sampling(steps=3))
+    export_flow(model, data, path, license="Apache-2.0", sampling=Sampling(steps=3))
     return model, MotionModel.load(path)
 
 
@@ -373,7 +373,7 @@ def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
 def test_windows_that_face_forward_are_continued_in_any_heading(data, tmp_path):
     settings = dataclasses.replace(SMALL, iterations=3, face_forward=True, balance=0.5)
     model = train_flow(data, tmp_path, settings=settings)
-    export_flow(model, data, tmp_path / "f.onnx", licence="none")
+    export_flow(model, data, tmp_path / "f.onnx", license="none")
     sampler = MotionModel.load(tmp_path / "f.onnx").sampler
     rng = np.random.default_rng(0)
     noise, lengths = rng.standard_normal((1, 12), dtype=np.float32), data.clip_bone_lengths[:1]
@@ -422,14 +422,14 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
             model,
             data,
             tmp_path / "wide.onnx",
-            licence="Apache-2.0",
+            license="Apache-2.0",
             sampling=Sampling(temperature=0.0),
         )
     export_flow(
         model,
         data,
         tmp_path / "wide.onnx",
-        licence="Apache-2.0",
+        license="Apache-2.0",
         sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8),
     )
     size = 4 * sum(parameter.numel() for parameter in network.parameters())

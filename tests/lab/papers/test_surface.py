@@ -25,7 +25,7 @@ PIXELS = 256
 
 @pytest.fixture(scope="module")
 def lit(scene):
-    """A scene whose photo is grey but for a bright disc, up and to the right of the person's
+    """A scene whose photo is gray but for a bright disc, up and to the right of the person's
     middle: its middle and radius, pixels."""
     subject, body, camera = scene
     rows, columns = np.nonzero(subject.mask > 0.5)
@@ -86,10 +86,10 @@ def test_the_field_becomes_its_surface(lit, person):
         np.ptp(pixels, axis=0) / 2, radius, rtol=0.15
     )  # the hourglasses blur the rim
     frame = make_frame(subject.image, subject.mask, camera, PIXELS)
-    metres = PIXELS / 2 / frame.camera.scale / DEPTH_FACTOR
+    meters = PIXELS / 2 / frame.camera.scale / DEPTH_FACTOR
     depth = float(np.mean(body.vertices[:, 2]))
-    assert vertices[:, 2].max() == pytest.approx(depth + FRONT * metres, abs=0.012)
-    assert vertices[:, 2].min() == pytest.approx(depth + BACK * metres, abs=0.012)
+    assert vertices[:, 2].max() == pytest.approx(depth + FRONT * meters, abs=0.012)
+    assert vertices[:, 2].min() == pytest.approx(depth + BACK * meters, abs=0.012)
     assert surface.provenance["geometry"] == "pifu"
     assert expected is not None
     assert expected[:, 0].mean() > 0.9

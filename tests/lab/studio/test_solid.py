@@ -174,7 +174,7 @@ def test_the_photo_is_an_orthographic_view_of_the_warped_person() -> None:
     # and the nearer one has the larger z
     nearer = np.linalg.norm(along - camera, axis=1) < np.linalg.norm(points - camera, axis=1)
     assert ((frame.warp(along)[:, 2] > seen[:, 2]) == nearer).all()
-    # a pinhole's picture, in metres at the person's middle
+    # a pinhole's picture, in meters at the person's middle
     local = (points - camera) @ frame.axes.T
     assert np.allclose(seen[:, :2], frame.distance * local[:, :2] / -local[:, 2:])
     # uprights are upright

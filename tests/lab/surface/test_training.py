@@ -59,7 +59,7 @@ def exported(
 ) -> Path:
     """The trained networks as ONNX files."""
     folder = tmp_path_factory.mktemp("exported")
-    export_reconstruction(run[0], folder, licence="test", extra={"note": "ellipsoid"})
+    export_reconstruction(run[0], folder, license="test", extra={"note": "ellipsoid"})
     return folder
 
 
@@ -203,7 +203,7 @@ def test_a_run_begins_with_the_networks_of_onnx_files(
     studio: Path,
     tmp_path: Path,
 ) -> None:
-    """Batch normalisations are folded into the files; they come back, and what the networks say
+    """Batch normalizations are folded into the files; they come back, and what the networks say
     stays as it was."""
     settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(exported))
     photo, guide, place = (

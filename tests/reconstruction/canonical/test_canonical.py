@@ -378,7 +378,7 @@ def test_background_between_two_legs_is_not_the_persons() -> None:
     ).any()
 
 
-def test_a_neckline_is_the_trunks_and_a_hands_colour_on_it_is_not() -> None:
+def test_a_neckline_is_the_trunks_and_a_hands_color_on_it_is_not() -> None:
     """A trunk of blue cloth with a neckline of skin; a hand before it, of which the fit shows the
     lower half alone."""
     shown = np.full((200, 200), -1)

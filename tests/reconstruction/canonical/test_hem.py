@@ -20,7 +20,7 @@ CLOTH = (60, 70, 140)
 def _dressed(
     body: Body, low: float, *, gap: int | None = None, below: tuple[int, int, int] = SKIN
 ) -> Subject:
-    """A person in cloth from the waist down to the height `low`, metres, with a shadow `gap` pixels
+    """A person in cloth from the waist down to the height `low`, meters, with a shadow `gap` pixels
     wide between the legs; bare below."""
     subject = photographed(body)
     image = np.full_like(subject.image, 128)

@@ -1,4 +1,4 @@
-"""One person of several photos: displacements, colours and exposures brought together."""
+"""One person of several photos: displacements, colors and exposures brought together."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_the_photo_that_sees_a_place_best_has_it_nearly_alone():
     )
 
 
-def test_vertices_that_the_main_photo_shows_alone_keep_its_colours_to_the_bit():
+def test_vertices_that_the_main_photo_shows_alone_keep_its_colors_to_the_bit():
     rng = np.random.default_rng(0)
     colors, theirs, trust = rng.random((4, 3)), rng.random((4, 3)), np.array([0.9, 0.9, 0.0, 0.0])
     shown = np.array([False, True, True, False])
@@ -100,7 +100,7 @@ def test_an_exposure_is_found_by_parts_that_both_photos_show():
     assert srgb_to_linear(linear_to_srgb(albedo)) == pytest.approx(albedo, abs=1e-6)
 
 
-def test_a_person_before_and_behind_has_the_colours_of_both_photos():
+def test_a_person_before_and_behind_has_the_colors_of_both_photos():
     """The same body photographed in red from before and in blue from behind."""
     from a2v.reconstruction import ColorSettings
     from a2v.reconstruction.canonical import canonical_person

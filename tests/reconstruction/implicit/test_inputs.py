@@ -25,7 +25,7 @@ from tests.support.ellipsoid import AXES, CAMERA, ellipsoid
 def test_a_point_lands_on_its_pixel_in_the_frame(
     height: int, width: int, left: int, top: int, tall: int
 ) -> None:
-    """A coloured spot keeps its place in the world whatever the photo's size; the person fills 0.9
+    """A colored spot keeps its place in the world whatever the photo's size; the person fills 0.9
     of the frame."""
     wide = tall // 4
     image, mask = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.float32)
@@ -72,7 +72,7 @@ def test_the_guide_knows_inside_and_outside_front_and_back() -> None:
     assert right_behind[0] > 0.5
 
 
-def test_mask_distance_is_signed_and_in_metres() -> None:
+def test_mask_distance_is_signed_and_in_meters() -> None:
     mask = np.zeros((100, 100), np.float32)
     mask[20:80, 30:70] = 1
     distance = mask_distance(mask, 200.0)

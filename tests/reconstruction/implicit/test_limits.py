@@ -36,7 +36,7 @@ def limits() -> ShellLimits:
     grid = Grid(np.array([-0.25, -0.7, -0.35]), 0.01, (51, 141, 71))
     field = signed_distance(np.asarray(both.vertices), np.asarray(both.faces), grid, band=4)
     mask = np.zeros((FRAME, FRAME), np.float32)
-    mask[100:900, 262:762] = 1  # half a metre to each side
+    mask[100:900, 262:762] = 1  # half a meter to each side
     frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA)
     bare = np.zeros(grid.shape[:2], np.float32)
     dressed = DressedBody(

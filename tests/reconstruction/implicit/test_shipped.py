@@ -50,7 +50,7 @@ def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Sur
     } <= set(found.tolist())
 
 
-def test_the_unseen_side_takes_the_networks_colours(scene: Scene, surface: Surface) -> None:
+def test_the_unseen_side_takes_the_networks_colors(scene: Scene, surface: Surface) -> None:
     subject, body, camera = scene
     evidence = ColorEvidence(prior=surface.colors, spots=nearest_spots(surface.vertices, body))
     colored = color_surface(

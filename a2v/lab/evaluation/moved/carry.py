@@ -51,7 +51,7 @@ def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArr
     Returns
     -------
     (T, B, 4, 4) float64
-        World from bone of the body, metres; its root is at the origin.
+        World from bone of the body, meters; its root is at the origin.
 
     Raises
     ------

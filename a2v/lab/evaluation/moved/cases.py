@@ -55,9 +55,9 @@ FRAMES: tuple[tuple[str, float], ...] = (
 T_POSE = "T-pose"
 POSES: tuple[str, ...] = (T_POSE, *(f"{name} {share:.2f}" for name, share in FRAMES))
 _DISTANCE = (2.5, 8.0)
-"""Distances of the camera from the person, metres."""
+"""Distances of the camera from the person, meters."""
 _HEIGHT = (1.0, 1.7)
-"""Heights of the camera over the floor, metres."""
+"""Heights of the camera over the floor, meters."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,17 +74,17 @@ class MovedCase(Record):
         Class of the photo's pose.
     image : (H, W, 3) uint8
     camera : OrthographicCamera
-        Of the photo's pixels, metres at the person.
+        Of the photo's pixels, meters at the person.
     surface : Surface
-        The person in T-pose, coloured with the texture in the photo's mean light.
+        The person in T-pose, colored with the texture in the photo's mean light.
     outer : (n,) int
         Its faces that can be seen from somewhere.
     vertices : (T, V, 3) float32
-        Its vertices in each of `POSES`, metres, on the ground at the origin.
+        Its vertices in each of `POSES`, meters, on the ground at the origin.
     bones : tuple of N str
         Of the person's rig.
     heads : (N, 3) float32
-        Their heads in the T-pose, metres.
+        Their heads in the T-pose, meters.
     turns : (T, N, 3, 3) float32
         How they turn from there in each of `POSES`, world axes.
     facts : mapping
@@ -185,7 +185,7 @@ def _textured(outfit: Outfit, vertices: FloatArray) -> Surface:
 def _photographed(
     outfit: Outfit, stance: str, generator: np.random.Generator
 ) -> tuple[Photograph, OrthographicCamera]:
-    """A photo of somebody in a class of `ORDINARY`, and its camera, in metres."""
+    """A photo of somebody in a class of `ORDINARY`, and its camera, in meters."""
     pose, yaw, held = draw_ordinary(stance, outfit.avatar, generator)
     placed = stand(outfit, pose, yaw, generator, distance=_DISTANCE, height=_HEIGHT)
     clutter = Clutter(held) if held is not None else NOTHING

@@ -1,4 +1,4 @@
-"""A moved character beside the true person in the same poses: shape, what is torn, colours of other
+"""A moved character beside the true person in the same poses: shape, what is torn, colors of other
 parts, pictures from four sides."""
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ from a2v.types import (
 )
 
 LONG_EDGE = 0.04
-"""A triangle is torn where an edge is longer than this, metres, and stretched by `STRETCH`."""
+"""A triangle is torn where an edge is longer than this, meters, and stretched by `STRETCH`."""
 STRETCH = 3.0
 """And so many times as long as where the character was made."""
 OWN_REACH = 0.06
-"""Metres around a place of the character within which the truth's colours are the place's own."""
+"""Meters around a place of the character within which the truth's colors are the place's own."""
 OTHER_REACH = 0.12
-"""Beyond this, metres, they are another part's."""
+"""Beyond this, meters, they are another part's."""
 OWN_COLOR = 20.0
-"""A place is of another part's colour where its colour is farther than this from all its own,
+"""A place is of another part's color where its color is farther than this from all its own,
 CIELAB units (lightness counts half)."""
 OTHER_COLOR = 10.0
 """And nearer than this to one of the other part, in the same units."""
@@ -57,7 +57,7 @@ class MovedSettings:
     points : int
         On the character, and on the truth, for distances.
     colored : int
-        On the character, for colours of other parts.
+        On the character, for colors of other parts.
     size : int
         Rays along each side of the square pictures.
     seed : int
@@ -78,9 +78,9 @@ class Moved:
     ----------
     character : Character
     made : (V, 3) float64
-        Vertices where the character was made, metres of the truth.
+        Vertices where the character was made, meters of the truth.
     vertices : (T, V, 3) float64
-        In each of `POSES`, aligned with the truth, metres.
+        In each of `POSES`, aligned with the truth, meters.
     """
 
     character: Character
@@ -100,7 +100,7 @@ def move(
     """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
     ICP).
 
-    The character's metre is the truth's: both are measured by the photo's pixels.
+    The character's meter is the truth's: both are measured by the photo's pixels.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def compare_moved(
 ) -> dict[str, dict[str, float]]:
     """By pose, the first ones of `POSES`: Chamfer distance and the distance that 99 % of the points
     keep (cm), torn area (%), PSNR (dB) and SSIM, means of four sides; in T-pose also the share of
-    the surface with another part's colour (%).
+    the surface with another part's color (%).
     """
     values = {}
     for pose, name in enumerate(POSES[: len(moved.vertices)]):
@@ -195,7 +195,7 @@ def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
-    """Share of what can be seen of the character that has another part's colour; of both, the mouth
+    """Share of what can be seen of the character that has another part's color; of both, the mouth
     from within is left out."""
     surface = moved.surface(pose)
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
@@ -214,7 +214,7 @@ def outer_faces(surface: Surface) -> IntArray:
 def of_other_parts(
     points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
 ) -> BoolArray:
-    """Which of `points` (N, 3), metres, of `colors` (N, 3), CIELAB, have a colour that the truth
+    """Which of `points` (N, 3), meters, of `colors` (N, 3), CIELAB, have a color that the truth
     (M, 3) has elsewhere alone.
 
     See `OWN_COLOR`. Shading and light that no part has count for nothing here.
@@ -243,7 +243,7 @@ def of_other_parts(
 def colored_points(
     surface: Surface, chosen: IntArray, count: int, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (count, 3) uniform by area on the `chosen` faces (n,) of a surface, and their colours
+    """Points (count, 3) uniform by area on the `chosen` faces (n,) of a surface, and their colors
     (count, 3), CIELAB."""
     import cv2
     import trimesh
@@ -278,7 +278,7 @@ def _pictures(
 def _seen(
     surface: Surface, framed: FloatArray, turn: float, size: int
 ) -> tuple[FloatArray, BoolArray]:
-    """A surface's colours (size, size, 3) and mask from a side, in the square around `framed` (V,
+    """A surface's colors (size, size, 3) and mask from a side, in the square around `framed` (V,
     3)."""
     middle = (framed.min(axis=0) + framed.max(axis=0)) / 2
     extent = 1.15 * float(np.ptp(framed, axis=0).max())

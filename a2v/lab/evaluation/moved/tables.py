@@ -17,7 +17,7 @@ COLUMNS: Mapping[str, tuple[str, str, int]] = {
     "chamfer": ("Chamfer cm↓", "chamfer", 2),
     "within": ("99 % within cm↓", "within", 1),
     "torn": ("Torn %↓", "torn", 2),
-    "other": ("Other part's colour %↓", "other", 2),
+    "other": ("Other part's color %↓", "other", 2),
     "psnr": ("PSNR↑", "psnr", 2),
     "ssim": ("SSIM↑", "ssim", 3),
 }

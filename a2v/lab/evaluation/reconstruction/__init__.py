@@ -1,4 +1,4 @@
-"""The reconstruction benchmark: photos of people whose shape and colours are known, through the
+"""The reconstruction benchmark: photos of people whose shape and colors are known, through the
 real path, compared with the truth.
 
 Photos come from the validation split of the synthetic studio: identities and an outfit that no
@@ -6,12 +6,12 @@ network of ours has learned from. Everything is compared in the photo's frame, i
 the orthographic front view of the true (warped) mesh.
 
 One photo does not show the size of a person nor the distance: predicted points go from the
-predicted camera to pixels and from there to the metres of the true camera (x, y and z by the same
+predicted camera to pixels and from there to the meters of the true camera (x, y and z by the same
 factor), and z is shifted so that the medians of the front depths agree where both are seen.
 
 `settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth;
 `maps` shows what pixels see of a surface, in the photo's frame, and `measures` compares. `methods`
-runs backends and colourings on a case, `kept` keeps what is finished, `pictures` and `tables` show
+runs backends and colorings on a case, `kept` keeps what is finished, `pictures` and `tables` show
 it.
 """
 

@@ -38,7 +38,7 @@ class Scan:
     ----------
     rays : RayScene
     triangles : (F, 3, 3)
-        Corners of its faces, metres.
+        Corners of its faces, meters.
     points : (N, 3)
         Uniform on it.
     """
@@ -49,14 +49,14 @@ class Scan:
 
     @classmethod
     def of(cls, vertices: FloatArray, faces: IntArray, points: FloatArray) -> Scan:
-        """The scan of a mesh, (V, 3) metres and (F, 3)."""
+        """The scan of a mesh, (V, 3) meters and (F, 3)."""
         return cls(RayScene(vertices, faces), np.asarray(vertices, np.float64)[faces], points)
 
 
 def aligned_distances(
     own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False
 ) -> tuple[float, float]:
-    """Chamfer distance and point to surface, metres, after the rigid motion that brings a surface
+    """Chamfer distance and point to surface, meters, after the rigid motion that brings a surface
     nearest to the truth (ICP, both ways).
 
     Parameters

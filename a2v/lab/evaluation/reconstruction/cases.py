@@ -42,7 +42,7 @@ class Case(Record):
     camera : OrthographicCamera
         Of the photo's pixels.
     surface : Surface
-        The true mesh, coloured with its texture in the photo's mean light (`lit_by`).
+        The true mesh, colored with its texture in the photo's mean light (`lit_by`).
     normals : (V, 3)
         Unit normals of its vertices.
     outer : (n,) int
@@ -51,7 +51,7 @@ class Case(Record):
     points, point_normals : (M, 3)
         Uniform by area on the outer surface, with unit normals.
     landmarks : (33, 3)
-        BlazePose landmarks as a body model has them, metres; NaN where unknown.
+        BlazePose landmarks as a body model has them, meters; NaN where unknown.
     facts : mapping
         For the report: pose, yaw...
     """
@@ -92,7 +92,7 @@ class Case(Record):
 def open_studio(
     folder: str | os.PathLike[str], data: str | os.PathLike[str], panel: str = ""
 ) -> Studio:
-    """The studio of the benchmark: its default settings, or those of a `panel`, in true metres (no
+    """The studio of the benchmark: its default settings, or those of a `panel`, in true meters (no
     error of a guide moves or scales the world).
 
     `folder` keeps poses and guides, which are made there if they are missing (some minutes): a data
@@ -159,7 +159,7 @@ def open_case(
 
 
 def lit_by(surface: Surface, gain: FloatArray) -> Surface:
-    """A surface whose colours (and texture) are multiplied by a linear RGB gain (3,), as in even
+    """A surface whose colors (and texture) are multiplied by a linear RGB gain (3,), as in even
     light."""
     colors = linear_to_srgb(srgb_to_linear(surface.colors) * gain)
     if surface.texture is None:

@@ -22,7 +22,7 @@ def character_of(
     settings: FitSettings,
     weights: str = "",
 ) -> tuple[Surface, FitResult]:
-    """The coloured character in the pose of the first of its photos, and the fit to that photo.
+    """The colored character in the pose of the first of its photos, and the fit to that photo.
 
     `fits` are those to each photo alone (`fit_body`).
     """

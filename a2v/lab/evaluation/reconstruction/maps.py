@@ -42,11 +42,11 @@ class Maps:
     ----------
     mask : (S, S) bool
     depth : (S, S) float32
-        z, metres; NaN outside.
+        z, meters; NaN outside.
     normals : (S, S, 3) float32
         Unit, towards the viewer's side; 0 outside.
     colors : (S, S, 3) float32
-        sRGB in [0, 1], unlit; mid grey outside.
+        sRGB in [0, 1], unlit; mid gray outside.
     """
 
     mask: BoolArray
@@ -69,7 +69,7 @@ def surface_maps(
     Parameters
     ----------
     surface : Surface
-        Textured, or with colours on its vertices.
+        Textured, or with colors on its vertices.
     normals : (V, 3)
     camera : OrthographicCamera
         Of the photo's pixels.

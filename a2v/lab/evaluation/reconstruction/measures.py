@@ -1,4 +1,4 @@
-"""A prediction compared with the truth: shape, silhouette, normals, colours."""
+"""A prediction compared with the truth: shape, silhouette, normals, colors."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from a2v.lab.evaluation.reconstruction.thickness import THICK, THIN, longest_way
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Subject, Surface
 
 ASIDE = 0.01
-"""What lies so near in the picture, metres, is the same place for `slabs_slack`: the rims of a
+"""What lies so near in the picture, meters, is the same place for `slabs_slack`: the rims of a
 silhouette, where all things are thin."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
     """A prediction in the true frame: its surface, the normals (V, 3) of its vertices, and how far
-    z was shifted, metres.
+    z was shifted, meters.
 
     `world` (V, 3) are its vertices in the world, of the size that it has in the photo.
     """
@@ -87,7 +87,7 @@ class Truth:
         return Placed(placed, self._sized(surface.vertices, camera, subject), normals, shift)
 
     def _sized(self, vertices: FloatArray, camera: Camera, subject: Subject) -> FloatArray:
-        """Vertices (V, 3) of the world in true metres, by the pixels a metre at the person's
+        """Vertices (V, 3) of the world in true meters, by the pixels a meter at the person's
         depth."""
         return np.asarray(
             vertices * (camera.scale / camera_of_crop(self.case.camera, subject).scale), np.float64
@@ -136,7 +136,7 @@ class Truth:
         """Share of the pixels of both silhouettes at which the longest way through the solid is
         over `THICK` times as long as from the truth's front to its back: unlike in `thick_share`,
         limbs that stand apart are not slabs. The truth counts as its thickest within `aside`
-        metres.
+        meters.
         """
         import cv2
 
@@ -165,7 +165,7 @@ class Truth:
         return aligned_distances(Scan.of(surface.vertices, surface.faces, points), truth)
 
     def _in_world(self, vertices: FloatArray, faces: IntArray) -> tuple[float, float]:
-        """Chamfer distance and point to surface, metres, between people in the world, of any size:
+        """Chamfer distance and point to surface, meters, between people in the world, of any size:
         what perspective does to them counts."""
         plain = Surface(
             vertices=vertices.astype(np.float32),
@@ -221,7 +221,7 @@ class Truth:
         }
 
     def _landmarks_in_world(self, marks: FloatArray) -> float:
-        """Mean distance of landmarks (33, 3) from the true ones in the world, metres, once turned,
+        """Mean distance of landmarks (33, 3) from the true ones in the world, meters, once turned,
         moved and scaled to them."""
         true = self.case.photo_camera.raised(self.case.landmarks.astype(np.float64))
         known = np.isfinite(true).all(axis=1)
@@ -257,7 +257,7 @@ def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> f
     """Share of the pixels of both silhouettes at which a surface is more than `THICK` times as
     thick as the truth.
 
-    Depths (H, W) of front and back, metres, NaN outside. What is thinner than `THIN` metres, as
+    Depths (H, W) of front and back, meters, NaN outside. What is thinner than `THIN` meters, as
     every rim is, counts as so thick.
     """
     own, real = mine[0] - mine[1], true[0] - true[1]

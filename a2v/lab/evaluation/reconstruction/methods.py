@@ -27,7 +27,7 @@ CHARACTER = "character"
 
 @dataclass(frozen=True)
 class Method:
-    """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
+    """A backend with a way to color: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
 
     Or ``character``, the canonical one, and ``character+180+90``, that of further photos, in which
     the person has turned by so many degrees (`turns`). `weights` is a folder of weights for
@@ -47,7 +47,7 @@ class Method:
         Raises
         ------
         InputError
-            Unknown backend or colouring, or turns that are no degrees.
+            Unknown backend or coloring, or turns that are no degrees.
         """
         first, *turns = text.split("+")
         if first == CHARACTER:
@@ -63,7 +63,7 @@ class Method:
                 f"unknown backend '{backend}'; choose from {', '.join((*NAMES, *ABLATIONS))}"
             )
         if coloring not in COLORINGS:
-            raise InputError(f"unknown colouring '{coloring}'; choose from {', '.join(COLORINGS)}")
+            raise InputError(f"unknown coloring '{coloring}'; choose from {', '.join(COLORINGS)}")
         return cls(backend, coloring, weights)
 
     @property
@@ -141,7 +141,7 @@ def evaluate_case(
     case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None = None
 ) -> Result:
     """One photo through perception, fit, and each method; the fit is shared, and the shape by
-    methods that colour alone.
+    methods that color alone.
 
     `again` gives the further photos of characters that are made of several.
     Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
@@ -270,7 +270,7 @@ class _Clock:
 
 def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> float:
     """Most resident memory, MiB, of a fresh process that takes the photo all the way to the
-    coloured surface (libraries included)."""
+    colored surface (libraries included)."""
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 

@@ -89,4 +89,4 @@ CAMERAS: Mapping[str, tuple[tuple[float, float], tuple[float, float]]] = Mapping
     {"phone": ((1.5, 4.0), (1.2, 1.7))}
 )
 """Where the cameras of a panel stand, if not where the studio's do (`StudioSettings`): between
-which distances, and which heights, metres."""
+which distances, and which heights, meters."""

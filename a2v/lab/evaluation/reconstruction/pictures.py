@@ -64,7 +64,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
 
 
 def stack_rows(rows: Sequence[ByteArray]) -> ByteArray:
-    """Pictures below each other, light grey beside narrower ones."""
+    """Pictures below each other, light gray beside narrower ones."""
     width = max(row.shape[1] for row in rows)
     return np.vstack(
         [

@@ -57,7 +57,7 @@ class BenchmarkSettings:
     seed : int
         Chooses the points on the predicted surface.
     size : int
-        Rays along each side of the square photo, for silhouettes, normals and colours.
+        Rays along each side of the square photo, for silhouettes, normals and colors.
     points : int
         Points on the predicted surface.
     true_mask : bool
@@ -65,7 +65,7 @@ class BenchmarkSettings:
     bodymap : bool
         Let perception ask our own network; without, landmarks are the detector's.
     distance : float, optional
-        From camera to person that the fit is told, metres; 0 for an orthographic camera. Without it
+        From camera to person that the fit is told, meters; 0 for an orthographic camera. Without it
         the fit believes what users' photos give.
     """
 

@@ -38,7 +38,7 @@ def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> st
     good = [outcome for outcome in outcomes if not outcome.failure]
     head = [label for label, _ in METRICS.values()]
     lines = [
-        f"| Method | {' | '.join(head)} | Shape s | Colour s | All s | Peak MiB |",
+        f"| Method | {' | '.join(head)} | Shape s | Color s | All s | Peak MiB |",
         "|---" * (len(head) + 5) + "|",
     ]
     for name in good[0].scores if good else ():

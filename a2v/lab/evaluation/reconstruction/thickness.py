@@ -19,7 +19,7 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera,
 THICK = 1.6
 """What is more than so many times as thick as it can be is a slab."""
 THIN = 0.04
-"""What is thinner, as every rim is, counts as so thick, metres."""
+"""What is thinner, as every rim is, counts as so thick, meters."""
 STEPS = 24
 """Radii that `local_radius` tries."""
 
@@ -60,7 +60,7 @@ def _distance_to(known: BoolArray) -> FloatArray:
 def longest_ways(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray
 ) -> FloatArray:
-    """The longest way (n,), metres, within a closed mesh, vertices (V, 3) and faces (F, 3), along
+    """The longest way (n,), meters, within a closed mesh, vertices (V, 3) and faces (F, 3), along
     -z at pixels (n, 2) of `camera`; 0 for none."""
     far = float(vertices[:, 2].max()) + 1
     ray, way, entering = RayScene(vertices, faces).passages(

@@ -142,8 +142,8 @@ def wasserstein_round(
         )
         both = critic(torch.cat([torch.cat([fake, real]), torch.cat([given, given])], -1))
         distance = both[: len(fake)].mean() - both[len(fake) :].mean()
-        criticised = improve(
+        criticized = improve(
             critic, distance + GRADIENT_PENALTY * ((slope.norm(dim=-1) - 1) ** 2).mean()
         )
     made = improve(generator, -critic(torch.cat([generate(len(real)), given], -1)).mean())
-    return {"discriminator": criticised, "generator": made}
+    return {"discriminator": criticized, "generator": made}

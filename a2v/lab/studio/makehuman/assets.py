@@ -39,7 +39,7 @@ class Binding:
         Decimetres; x to the person's left, y up, z to the front.
     scales : tuple of 3 (int, int, float)
         For x, y and z two vertices of the base, and how far they are apart along the axis,
-        decimetres, where the scale is 1.
+        decimeters, where the scale is 1.
     hides : (BASE_VERTICES,) bool
         Vertices of the base that are not seen any more below it.
     layer : int

@@ -17,8 +17,8 @@ painted on cards."""
 
 
 def lay_on(binding: Binding, base: FloatArray) -> FloatArray:
-    """Vertices (V, 3), metres, of what is bound to ``hm08`` in any shape, `base` (19158, 3),
-    metres, y up, facing +z."""
+    """Vertices (V, 3), meters, of what is bound to ``hm08`` in any shape, `base` (19158, 3),
+    meters, y up, facing +z."""
     scale = np.array(
         [
             abs(base[first, axis] - base[second, axis]) / (DECIMETRE * length) if length else 1.0

@@ -159,7 +159,7 @@ class Shaped:
     Attributes
     ----------
     base : (19158, 3)
-        Arms 45 degrees down, metres.
+        Arms 45 degrees down, meters.
     body : (13718, 3)
         `load_body_model`'s vertices, the same person.
     landmarks : (33, 3)

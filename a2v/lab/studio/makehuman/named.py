@@ -22,7 +22,7 @@ _AGES = {"young": (0.6, 0.75), "middleage": (0.77, 0.87), "old": (0.89, 0.97)}
 
 @dataclass(frozen=True)
 class NamedPerson:
-    """What a person with a name wears; shape and colours follow from `number` alone."""
+    """What a person with a name wears; shape and colors follow from `number` alone."""
 
     number: int
     skin: str

@@ -200,12 +200,12 @@ def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Per
     hair = wardrobes.names("hair", split, sex=sex)
     hair = tuple(name for name in hair if not hat or name in UNDER_HATS)
     bald = generator.random() < (0.1 if sex == "male" else 0.01)
-    grey = age > 0.85 and generator.random() < 0.6
+    gray = age > 0.85 and generator.random() < 0.6
     shades = HAIR_COLORS + GREY_HAIR
     color = shades[
         int(
             generator.integers(6, 8)
-            if grey
+            if gray
             else generator.choice(6, p=[0.3, 0.25, 0.2, 0.12, 0.08, 0.05])
         )
     ]
@@ -339,7 +339,7 @@ def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
 
 
 def garments(avatar: Avatar) -> Wardrobe:
-    """Where a dressed avatar's texture shows clothes that may take other colours."""
+    """Where a dressed avatar's texture shows clothes that may take other colors."""
     meshes = [
         index
         for index, name in enumerate(avatar.mesh_names)
@@ -358,7 +358,7 @@ def garments(avatar: Avatar) -> Wardrobe:
     chosen = np.flatnonzero(np.isin(avatar.mesh_ids, meshes))
     faces = avatar.faces[chosen]
     piece = piece_of_faces(len(avatar.parts), faces)
-    # a shirt is of one colour down to its hem: what is sewn together has the body part that most of
+    # a shirt is of one color down to its hem: what is sewn together has the body part that most of
     # it is on
     held = np.zeros((int(piece.max()) + 1, len(PARTS)), int)
     np.add.at(held, (piece, avatar.parts[faces[:, 0]]), 1)
@@ -412,7 +412,7 @@ def eye_corners(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def eye_texture(color: tuple[float, float, float]) -> ByteArray:
-    """Pupil, iris of an sRGB colour, white, by the angle from the gaze (16, 180, 3)."""
+    """Pupil, iris of an sRGB color, white, by the angle from the gaze (16, 180, 3)."""
     strip = np.full((16, 180, 3), (228, 222, 216), np.uint8)
     strip[:, :27] = np.clip(color, 0, 255).astype(np.uint8)
     strip[:, :11] = 8
@@ -420,7 +420,7 @@ def eye_texture(color: tuple[float, float, float]) -> ByteArray:
 
 
 def filled_texture(texture: ByteArray) -> ByteArray:
-    """A texture (H, W, 4) without its opacity: what is transparent takes the mean colour."""
+    """A texture (H, W, 4) without its opacity: what is transparent takes the mean color."""
     clear = texture[..., 3] < 128
     result = np.ascontiguousarray(texture[..., :3])
     if clear.any() and not clear.all():
@@ -429,7 +429,7 @@ def filled_texture(texture: ByteArray) -> ByteArray:
 
 
 def tinted(texture: ByteArray, color: tuple[float, float, float]) -> ByteArray:
-    """A texture of hair (H, W, 3) in another sRGB colour, its strands kept."""
+    """A texture of hair (H, W, 3) in another sRGB color, its strands kept."""
     light = texture.astype(np.float32).mean(axis=-1, keepdims=True)
     strands = np.clip(light / max(float(light.mean()), 1.0), 0.4, 1.5) ** 0.8
     return np.asarray(np.rint(np.clip(strands * np.array(color, np.float32), 0, 255)), np.uint8)

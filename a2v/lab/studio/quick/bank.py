@@ -232,7 +232,7 @@ def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntAr
 
 
 def joint_places(avatar: Avatar, rotations: FloatArray) -> FloatArray:
-    """Where the heads of `_TOLD_BY` are in poses (P, 22, 3), metres from the middle of the hips;
+    """Where the heads of `_TOLD_BY` are in poses (P, 22, 3), meters from the middle of the hips;
     (P, 33) float32."""
     numbers = [avatar.bone_names.index(name) for name in POSED_BONES]
     rest = avatar.rest_transforms[:, :3, 3].astype(np.float64)

@@ -133,7 +133,7 @@ def _draw_square(
 
 
 def _sit(placed: Stand, origin: FloatArray, side: float) -> Sitting:
-    """The person around `origin` (3,) before the camera of a square of `side` metres."""
+    """The person around `origin` (3,) before the camera of a square of `side` meters."""
     outfit = placed.outfit
     avatar, vertices = outfit.avatar, (placed.seen - origin).astype(np.float32)
     surface = Surface(

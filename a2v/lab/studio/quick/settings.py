@@ -50,9 +50,9 @@ class QuickSettings:
     yaw : float
         Standard deviation of the turn of those who face it, degrees.
     distance : tuple of 2 float
-        Nearest and farthest camera, metres.
+        Nearest and farthest camera, meters.
     height : tuple of 2 float
-        Lowest and highest camera, metres over the floor.
+        Lowest and highest camera, meters over the floor.
     fill : tuple of 2 float
         Longer side of the person's box as a fraction of the picture, from and to.
     shift : float

@@ -47,7 +47,7 @@ class QuickView:
     landmarks : (33, 3) float32
         BlazePose's landmarks: u, v, depth; hidden ones too.
     scale : float
-        Sides of the square per metre.
+        Sides of the square per meter.
     yaw : float
         How far the person is turned about the vertical, degrees; positive towards the person's
         left.

@@ -32,7 +32,7 @@ _ENDINGS = (".jpg", ".jpeg", ".png", ".webp")
 _LONGEST = 1024
 """Pixels of the longer side that are kept."""
 _GREY = 8.0
-"""Photos whose channels differ by less than this (mean, of 255) are grey: they take a tint."""
+"""Photos whose channels differ by less than this (mean, of 255) are gray: they take a tint."""
 
 
 class Backgrounds:

@@ -25,9 +25,9 @@ class Square:
     Attributes
     ----------
     middle : (2,) float
-        Metres.
+        Meters.
     extent : float
-        Longer side of the box that it is drawn around, metres.
+        Longer side of the box that it is drawn around, meters.
     fill : float
         That side as a share of the square's.
     """
@@ -38,7 +38,7 @@ class Square:
 
     @property
     def side(self) -> float:
-        """Metres."""
+        """Meters."""
         return self.extent / self.fill
 
     @classmethod

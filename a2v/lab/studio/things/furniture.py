@@ -20,7 +20,7 @@ _HEAD_OVER_ANKLE = 0.845
 
 @dataclass(frozen=True)
 class Body:
-    """Where a person is, metres.
+    """Where a person is, meters.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ class Held:
     kind : str
         Of `KINDS`.
     things : mapping of side ("Left", "Right", "Both") to Thing
-        In the frame of that grip (`grip_frame`), metres; for both hands they span a length of 1
+        In the frame of that grip (`grip_frame`), meters; for both hands they span a length of 1
         along x (`between`).
     pose : Pose
         Fingers that grip, and arms if it takes special ones: they replace the pose's.
@@ -83,7 +83,7 @@ def grip_frame(avatar: Avatar, transforms: FloatArray, side: str) -> tuple[Float
 
 def _between(avatar: Avatar, transforms: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Axes, x from the right hand's palm to the left one's and y as upright as can be; middle (3,),
-    and their distance, metres."""
+    and their distance, meters."""
     left, right = (grip_frame(avatar, transforms, side)[1] for side, _ in SIDES)
     width = max(float(np.linalg.norm(left - right)), 1e-3)
     x = (left - right) / width

@@ -24,7 +24,7 @@ class Thing:
     Attributes
     ----------
     vertices : (V, 3) float
-        Metres.
+        Meters.
     faces : (F, 3) int
     uv : (F, 3, 2) float
         On the pattern, in [0, 1].
@@ -59,7 +59,7 @@ def joined(things: Sequence[Thing]) -> Thing:
 
 
 def box(width: float, height: float, depth: float, pattern: int = 0) -> Thing:
-    """A box around the origin: x, y, z, metres."""
+    """A box around the origin: x, y, z, meters."""
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
     half, corners = np.array([width, height, depth]) / 2, []
     for axis in range(3):
@@ -76,7 +76,7 @@ def box(width: float, height: float, depth: float, pattern: int = 0) -> Thing:
 
 
 def turned(profile: Sequence[tuple[float, float]], pattern: int = 0, sides: int = 14) -> Thing:
-    """The surface that a profile of (radius, height), metres, from below to above, makes about the
+    """The surface that a profile of (radius, height), meters, from below to above, makes about the
     y axis. Where it starts and ends it is open."""
     rows = np.asarray(profile, float)
     around = 2 * np.pi * np.arange(sides + 1) / sides
@@ -152,7 +152,7 @@ def with_thing(
         strip[:, TILE * number : TILE * (number + 1)] = pattern
     tall = height + TILE
     own = places * np.array([1, height / tall], np.float32) + np.array([0, TILE / tall], np.float32)
-    inside = 1 + (TILE - 2) * thing.uv  # a pixel from the borders: neighbours don't shine through
+    inside = 1 + (TILE - 2) * thing.uv  # a pixel from the borders: neighbors don't shine through
     theirs = np.stack(
         [(inside[..., 0] + TILE * thing.patterns[:, None]) / width, inside[..., 1] / tall], axis=-1
     )

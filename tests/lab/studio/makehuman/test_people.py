@@ -208,7 +208,7 @@ def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:
     assert (avatar.mesh_ids[met.face] == kinds.index("skin")).mean() < 0.05
 
 
-def test_garments_alone_take_other_colours(dressed: Dressed) -> None:
+def test_garments_alone_take_other_colors(dressed: Dressed) -> None:
     avatar, clothes = dressed.prepared.avatar, dressed.prepared.clothes
     tile = avatar.texture.shape[1] // len(avatar.mesh_names)
     assert clothes.columns.min() > 0.5 * tile  # the skin's texture is the first one

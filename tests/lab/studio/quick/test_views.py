@@ -73,7 +73,7 @@ def test_maps_masks_and_landmarks_agree(block: list[QuickView]) -> None:
         assert (view.front[both] >= view.back[both]).mean() > 0.99
         assert not view.places[~seen].any()
         assert view.image.shape == (256, 256, 3)
-        # a metre of depth is as long as a metre in the picture: the person is as deep as the
+        # a meter of depth is as long as a meter in the picture: the person is as deep as the
         # landmarks are apart
         assert np.nanmax(view.front) > view.landmarks[:, 2].min()
         assert np.nanmin(view.back) < view.landmarks[:, 2].max()

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.perception.patch_fill import fill_by_patches
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 _SIDE = 400
 """Longest side at which regions are found, pixels."""
@@ -71,6 +71,17 @@ _ERROR = 3.0
 """Errors of a shading beyond this count less, CIELAB."""
 
 
+def regions_of(picture: ByteArray, side: int) -> IntArray:
+    """Regions of one material of a picture (H, W, 3), from 0, with the longer side of `side` pixels
+    (h, w)."""
+    import cv2
+
+    scale = side / max(picture.shape[:2])
+    size = round(scale * picture.shape[1]), round(scale * picture.shape[0])
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    return _known_regions(cv2.cvtColor(small, cv2.COLOR_RGB2Lab), np.zeros(small.shape[:2], bool))
+
+
 def find_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
     """Find the regions around a hole and continue them behind it.
 
@@ -125,7 +136,9 @@ def fill_by_regions(
         smooth[own] += lit[own]
     fine = fill_by_patches(np.clip(texture, -_TEXTURE, _TEXTURE), hole)
     behind = cv2.GaussianBlur(smooth, (0, 0), 0.7) + fine
-    lighter = colors + cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 2.0)[..., None] * brighter
+    lighter = (
+        colors + cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 2.0)[..., None] * brighter
+    )
     return np.asarray(np.where(hole[..., None], behind, lighter), np.float32)
 
 
@@ -273,9 +286,7 @@ def _joined(count: int, pairs: IntArray) -> IntArray:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def _neighbors(
-    colors: FloatArray, numbers: IntArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
+def _neighbors(colors: FloatArray, numbers: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Pairs of neighboring regions (P, 2), and the median steps of lightness and chroma across their
     borders (P,)."""
     rows, steps = [], []
@@ -285,7 +296,9 @@ def _neighbors(
         one, two = np.take(numbers, first, axis=axis), np.take(numbers, second, axis=axis)
         border = (one != two) & (one >= 0) & (two >= 0)
         rows.append(np.sort(np.stack([one[border], two[border]], axis=1), axis=1))
-        step = np.take(colors, first, axis=axis)[border] - np.take(colors, second, axis=axis)[border]
+        step = (
+            np.take(colors, first, axis=axis)[border] - np.take(colors, second, axis=axis)[border]
+        )
         steps.append(np.abs(step))
     pairs, own = np.unique(np.concatenate(rows), axis=0, return_inverse=True)
     step = np.concatenate(steps)
@@ -522,13 +535,23 @@ def fit_shading(
             use = ~hole
         inner = cv2.erode(use.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
         use = inner if inner.sum() > 200 else use
-        degree = 0 if use.sum() < 60 else 1 if use.sum() < 0.004 * use.size else 2 if use.sum() < 0.03 * use.size else 3
+        degree = (
+            0
+            if use.sum() < 60
+            else 1
+            if use.sum() < 0.004 * use.size
+            else 2
+            if use.sum() < 0.03 * use.size
+            else 3
+        )
         terms = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
         at = np.flatnonzero(use)
         if len(at) > 20000:
             at = at[:: len(at) // 20000]
         weight = np.exp(-away.reshape(-1)[at] / (0.2 * longest))
-        basis = np.stack([(x.reshape(-1)[at] ** i) * (y.reshape(-1)[at] ** j) for i, j in terms], axis=1)
+        basis = np.stack(
+            [(x.reshape(-1)[at] ** i) * (y.reshape(-1)[at] ** j) for i, j in terms], axis=1
+        )
         values = colors.reshape(-1, 3)[at].astype(np.float64)
         trust = np.ones(len(at))
         ridge = np.diag([1e-6 * 10.0 ** (i + j) for i, j in terms]) * weight.sum()
@@ -539,6 +562,9 @@ def fit_shading(
             darker = (values - basis @ solution)[:, 0] < 0
             trust = 1 / (1 + (error / np.where(darker, 0.5, 1.0) / _ERROR) ** 2)
         everywhere = np.flatnonzero(own)
-        full = np.stack([(x.reshape(-1)[everywhere] ** i) * (y.reshape(-1)[everywhere] ** j) for i, j in terms], axis=1)
+        full = np.stack(
+            [(x.reshape(-1)[everywhere] ** i) * (y.reshape(-1)[everywhere] ** j) for i, j in terms],
+            axis=1,
+        )
         result.reshape(-1, 3)[everywhere] = (full @ solution).astype(np.float32)
     return result

@@ -25,6 +25,8 @@ told from noise."""
 _GRAIN = 1.0
 """A shadow is darker than its surface by at least this many standard deviations of the surface's
 texture."""
+_SHARP = 0.04
+"""Largest sharp shadow, a fraction of the picture."""
 _CONTACT = 0.06
 """So near to the person, as a fraction of their height, a shadow may be as dark as it likes."""
 _TINT = 0.15
@@ -75,8 +77,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
             "the person covers more than nine tenths of the photo, so its background is unknown; choose a color or the stage"
         )
     colors, missing = _small(photo, hole, SIDE)
-    regions = find_regions(colors, missing)
-    shadow = shadow_around(colors, missing, regions)
+    shadow, regions = shadow_around(colors, missing, find_regions(colors, missing))
     filled = cv2.cvtColor(fill_by_regions(colors, missing, regions, shadow), cv2.COLOR_Lab2RGB)
     behind = cv2.resize(
         np.clip(255 * filled, 0, 255), (width, height), interpolation=cv2.INTER_CUBIC
@@ -90,7 +91,9 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     return np.asarray(np.rint(np.clip(photo + inward * (behind - photo), 0, 255)), np.uint8)
 
 
-def shadow_around(colors: FloatArray, hole: BoolArray, regions: IntArray) -> BoolArray:
+def shadow_around(
+    colors: FloatArray, hole: BoolArray, regions: IntArray
+) -> tuple[BoolArray, IntArray]:
     """Pixels (H, W) next to the hole that are darker than the shading of their region: the person's
     shadow. It has hardly another hue, and is joined to the person.
 
@@ -102,6 +105,12 @@ def shadow_around(colors: FloatArray, hole: BoolArray, regions: IntArray) -> Boo
         The person.
     regions : (H, W) int
         See `a2v.perception.behind.find_regions`.
+
+    Returns
+    -------
+    shadow : (H, W) bool
+    regions : (H, W) int
+        With sharp shadows as parts of the regions on which they fall.
     """
     import cv2
     from scipy.ndimage import binary_fill_holes
@@ -109,6 +118,7 @@ def shadow_around(colors: FloatArray, hole: BoolArray, regions: IntArray) -> Boo
     rows = np.flatnonzero(hole.any(axis=1))
     tall = rows[-1] - rows[0] + 1
     wide, near = _grown(hole, round(_REACH * tall)), _grown(hole, round(_CONTACT * tall))
+    regions = _without_shadows(colors, hole, regions, wide)
     shading = fit_shading(colors, regions, wide, near)
     blur = max(1.0, _BLUR * max(hole.shape))
     light, expected = (
@@ -131,7 +141,35 @@ def shadow_around(colors: FloatArray, hole: BoolArray, regions: IntArray) -> Boo
     _, names = cv2.connectedComponents(((joined > 0) | hole).astype(np.uint8))
     found = np.isin(names, np.unique(names[hole])) & (joined > 0)
     closed = cv2.morphologyEx((found | hole).astype(np.uint8), cv2.MORPH_CLOSE, square) > 0
-    return np.asarray(_grown(binary_fill_holes(closed), round(blur)) & ~hole & wide)
+    grown = _grown(binary_fill_holes(closed), round(blur))
+    return np.asarray(grown & ~hole & wide), regions
+
+
+def _without_shadows(
+    colors: FloatArray, hole: BoolArray, regions: IntArray, wide: BoolArray
+) -> IntArray:
+    """The regions, those that a sharp shadow of the person makes joined with the region beside them
+    that has the same color in more light."""
+    import cv2
+
+    light = srgb_to_linear(cv2.cvtColor(colors, cv2.COLOR_Lab2RGB))
+    square = np.ones((5, 5), np.uint8)
+    beside = cv2.dilate(hole.astype(np.uint8), square).astype(bool) & ~hole
+    result = regions.copy()
+    for name in np.unique(regions[beside]):
+        own = (regions == name) & ~hole
+        if own.mean() > _SHARP or wide[own].mean() < 0.9:
+            continue
+        rim = cv2.dilate(own.astype(np.uint8), square).astype(bool) & ~own & ~hole
+        for other in np.unique(regions[rim]):
+            lit = (regions == other) & ~hole & wide
+            if not lit.any():
+                continue
+            share = light[own].mean(axis=0) / np.maximum(light[lit].mean(axis=0), 1e-3)
+            if _LIGHT[0] < share.mean() < _LIGHT[1] and share.std() < _TINT * share.mean():
+                result[regions == name] = other
+                break
+    return result
 
 
 def _small(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:

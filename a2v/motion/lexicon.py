@@ -140,7 +140,9 @@ LIKE = frozenset(
         "become",
     ]
 )
-SUBJECTS = frozenset(["nobody", "everybody", "someone", "somebody", "there", "it", "you", "he", "she", "they", "no"])
+SUBJECTS = frozenset(
+    ["nobody", "everybody", "someone", "somebody", "there", "it", "you", "he", "she", "they", "no"]
+)
 AUXILIARIES = frozenset(["is", "are", "was", "were", "has", "have", "one"])
 RELATIONS = {"same": 0.95, "kind": 0.8}
 """How sure a word of ``senses.csv`` means what stands there."""

@@ -191,7 +191,9 @@ def page() -> str:
             found[topic_of(name).title] |= set(refusals(path))
     parts = [HEAD]
     for topic in TOPICS:
-        lines = "\n".join(f"- `{text.replace('`', chr(39))}`" for text in sorted(found[topic.title]))
+        lines = "\n".join(
+            f"- `{text.replace('`', chr(39))}`" for text in sorted(found[topic.title])
+        )
         parts.append(f"## {topic.title}\n\n{topic.cause}\n\n{lines}\n")
     return "\n".join(parts)
 

@@ -115,10 +115,10 @@ def _reach(out: FloatArray, rig: Rig, side: str, move: FloatArray) -> None:
     shoulder, elbow, wrist = (
         rig.bones[f"{side}_{name}"] for name in ("shoulder", "elbow", "wrist")
     )
-    places = [out[:, bone, :3, 3].copy() for bone in (shoulder, elbow, wrist)]
-    new_elbow, new_wrist = bend_to(*places, places[2] + move)
+    top, middle, end = (out[:, bone, :3, 3].copy() for bone in (shoulder, elbow, wrist))
+    new_elbow, new_wrist = bend_to(top, middle, end, end + move)
     upper, below = subtree(rig.parents, shoulder), subtree(rig.parents, elbow)
-    swing = swing_between(places[1] - places[0], new_elbow - places[0])
+    swing = swing_between(middle - top, new_elbow - top)
     turn_bones(out, upper, rotvec_to_rotmat(swing))
     turned = out[:, wrist, :3, 3] - out[:, elbow, :3, 3]
     swing = swing_between(turned, new_wrist - out[:, elbow, :3, 3])

@@ -148,10 +148,9 @@ def retarget(
             share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3])
         )[:, None]
     transforms = enliven(transforms, rig, body.bone_names, motion, settings.life, source)
-    if settings.clear_arms and not settings.raw:
-        transforms = clear_arms(transforms, rig, motion.fps)
-    if steps is not None and not settings.raw:
-        transforms = hold_solids(transforms, rig, body, motion.fps)
+    if not settings.raw:
+        transforms = clear_arms(transforms, rig, motion.fps) if settings.clear_arms else transforms
+        transforms = transforms if steps is None else hold_solids(transforms, rig, body, motion.fps)
     if settings.from_photo:
         transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)

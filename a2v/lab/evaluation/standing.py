@@ -226,7 +226,7 @@ def _first(clip: FloatArray, length: int) -> FloatArray:
 def _begun(clip: FloatArray, length: int, dataset: ActionDataset) -> FloatArray:
     """The first `length` frames (length, J, 3) of a recording without the time in which the person
     stands (`a2v.motion.beginnings.rests`)."""
-    joints = clip[None] * np.float32(dataset.frame.metres_per_unit)
+    joints = clip[None] * np.float32(dataset.frame.meters_per_unit)
     skip = int(rests(joints, dataset.fps, len(clip))[0])
     return _first(clip[min(skip, len(clip) - 2) :], length)
 

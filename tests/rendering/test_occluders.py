@@ -14,13 +14,13 @@ SIDE = 160
 
 
 def place() -> tuple[ByteArray, IntArray, BoolArray]:
-    """A wall, a floor, and a box with a lid that stands a meter in front of the origin; regions, and
+    """A wall, a floor, and a box with a lid that stands a meter in front of the origin, to the right; regions, and
     where the box is."""
     ground, below = ground_under(CAMERA, SIDE)
     rows, columns = np.indices((SIDE, SIDE))
     regions = np.where(below & (ground[..., 1] > -1.5), 1, 0)
     foot = int(CAMERA.project(np.array([[0.0, 0.0, 1.0]]), SIDE)[0, 1])
-    box = (np.abs(columns - SIDE / 2) < 14) & (rows < foot) & (rows > foot - 26)
+    box = (np.abs(columns - SIDE / 2 - 18) < 14) & (rows < foot) & (rows > foot - 26)
     regions[box] = 2
     regions[box & (rows < foot - 20)] = 3
     colors = np.array([[220, 220, 210], [120, 90, 60], [60, 60, 160], [90, 90, 200]], np.uint8)
@@ -39,7 +39,7 @@ def test_a_thing_hides_who_is_behind_it_and_nobody_in_front() -> None:
     inner = np.zeros_like(box)
     inner[2:-2, 2:-2] = box[4:, 2:-2] & box[:-4, 2:-2] & box[2:-2, 4:] & box[2:-2, :-4]
     np.testing.assert_array_equal(behind[inner], picture[inner])
-    far = np.abs(np.indices(box.shape)[1] - SIDE / 2) > 18
+    far = np.abs(np.indices(box.shape)[1] - SIDE / 2 - 18) > 18
     np.testing.assert_array_equal(behind[far], red[far])
     np.testing.assert_array_equal(behind_things(red, picture, things, distance=2.5), red)
 

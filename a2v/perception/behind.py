@@ -146,7 +146,7 @@ def _spread(values: FloatArray, known: BoolArray) -> FloatArray:
         gain = (1 - filled) * trust
         total += gain[..., None] * mean
         filled += gain
-    return (total / np.maximum(filled, 1e-6)[..., None]).astype(np.float32)
+    return np.asarray(total / np.maximum(filled, 1e-6)[..., None], np.float32)
 
 
 def _known_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
@@ -246,7 +246,7 @@ def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
     plain = np.linalg.norm(one[:, 1:] - two[:, 1:], axis=1)
     level = np.minimum(one[:, :1], two[:, :1])
     scaled = one[:, 1:] / np.maximum(one[:, :1], 1) - two[:, 1:] / np.maximum(two[:, :1], 1)
-    return np.minimum(plain, np.linalg.norm(level * scaled, axis=1))
+    return np.asarray(np.minimum(plain, np.linalg.norm(level * scaled, axis=1)))
 
 
 def _numbered(labels: IntArray) -> IntArray:

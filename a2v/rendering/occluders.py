@@ -12,6 +12,8 @@ _FOOT = 2
 """Pixels over the floor between a thing and its lowest row: shadow and blur at its foot."""
 _LEAST = 3
 """Smallest number of columns in which the foot of a thing has to be visible."""
+FARTHEST = 1e4
+"""Distance of what hides nobody, meters."""
 CLEARANCE = 0.1
 """A thing hides a person who stands at least this far behind its foot, meters."""
 
@@ -33,7 +35,7 @@ def find_things(floor: BoolArray, regions: IntArray, camera: ViewCamera) -> Floa
     Returns
     -------
     (h, h) float32
-        Distance from the camera along the ground, meters; infinite on the floor and where no foot
+        Distance from the camera along the ground, meters; `FARTHEST` on the floor and where no foot
         is visible.
     """
     side = len(floor)
@@ -61,7 +63,8 @@ def find_things(floor: BoolArray, regions: IntArray, camera: ViewCamera) -> Floa
         for name in np.unique(pairs[:, 0]):
             own = np.flatnonzero(pairs[:, 0] == name)
             distance[name] = distance[pairs[own[np.argmax(counts[own])], 1]]
-    return np.where(names >= 0, distance[np.maximum(names, 0)], np.inf).astype(np.float32)
+    found = np.where(names >= 0, distance[np.maximum(names, 0)], FARTHEST)
+    return np.minimum(found, FARTHEST).astype(np.float32)
 
 
 def behind_things(

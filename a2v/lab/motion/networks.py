@@ -18,6 +18,7 @@ from a2v.lab.runs import NEWER
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
 Roots = Literal["absolute", "relative"]
+Prior = Literal["learned", "fixed"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,9 @@ class VAESettings:
     root_rotation : bool
         Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first
         bones of the chains turn with the body. Not for "plain".
+    prior : "learned" or "fixed"
+        A prior network that sees the previous pose (Eq. 8 and 10), or the standard normal
+        distribution N(0, I) in every frame (Eq. 7).
     """
 
     decoder: Decoder = "glmi-m"
@@ -48,6 +52,7 @@ class VAESettings:
     trajectory_size: int = 20
     roots: Roots = field(default="absolute", metadata=NEWER)
     root_rotation: bool = field(default=False, metadata=NEWER)
+    prior: Prior = field(default="learned", metadata=NEWER)
 
     def __post_init__(self) -> None:
         if self.decoder not in DECODERS:
@@ -55,6 +60,10 @@ class VAESettings:
         if self.roots not in get_args(Roots):
             raise InputError(
                 f"unknown roots '{self.roots}'; choose from {', '.join(get_args(Roots))}"
+            )
+        if self.prior not in get_args(Prior):
+            raise InputError(
+                f"unknown prior '{self.prior}'; choose from {', '.join(get_args(Prior))}"
             )
         if self.root_rotation and self.decoder == "plain":
             raise InputError(
@@ -86,6 +95,28 @@ class GaussianGRU(nn.Module):
         """Mean and log variance (B, T, Z) and final state (1, B, H) of inputs (B, T, D)."""
         hidden, state = self.gru(self.encoder(inputs), state)
         return self.mu_net(hidden), self.logvar_net(hidden), state
+
+
+class StandardNormal(nn.Module):
+    """The fixed prior N(0, I) of Eq. 7, called like `GaussianGRU`.
+
+    Attributes
+    ----------
+    logvar : (Z,)
+        Zeros, unless a temperature scales the exported model's noise.
+    """
+
+    logvar: Tensor
+
+    def __init__(self, settings: VAESettings) -> None:
+        super().__init__()
+        self.register_buffer("logvar", torch.zeros(settings.latent_size))
+
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean and log variance (B, T, Z), the same for all inputs (B, T, D), and the state as it
+        was given."""
+        logvar = self.logvar.expand(*inputs.shape[:2], -1)
+        return torch.zeros_like(logvar), logvar, inputs.new_zeros(0) if state is None else state
 
 
 class Generator(nn.Module):

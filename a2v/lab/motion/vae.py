@@ -9,7 +9,14 @@ import torch
 from torch import Tensor, nn
 
 from a2v.kinematics import Skeleton
-from a2v.lab.motion.networks import GaussianGRU, Generator, Pose, PoseDecoder, VAESettings
+from a2v.lab.motion.networks import (
+    GaussianGRU,
+    Generator,
+    Pose,
+    PoseDecoder,
+    StandardNormal,
+    VAESettings,
+)
 from a2v.lab.motion.recurrence import RollOut, with_feedback
 
 
@@ -56,7 +63,9 @@ class MotionVAE(nn.Module):
         self.skeleton, self.n_actions, self.settings = skeleton, n_actions, settings
         inputs = 3 * skeleton.n_joints + n_actions + 1
         self.posterior = GaussianGRU(inputs, settings)
-        self.prior = GaussianGRU(inputs, settings)
+        self.prior = (
+            StandardNormal(settings) if settings.prior == "fixed" else GaussianGRU(inputs, settings)
+        )
         self.pose_decoder = PoseDecoder(skeleton, settings)
         self.generator = Generator(
             inputs + settings.latent_size, self.pose_decoder.input_size, settings
@@ -81,7 +90,7 @@ class MotionVAE(nn.Module):
         noise: Tensor,
         states: States,
     ) -> tuple[Pose, States]:
-        """Generate one frame from the learned prior.
+        """Generate one frame from the prior.
 
         Parameters
         ----------

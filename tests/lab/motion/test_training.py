@@ -87,6 +87,8 @@ def test_impossible_settings_are_refused():
         VAESettings(decoder="transformer")
     with pytest.raises(InputError, match="unknown roots"):
         VAESettings(roots="last")
+    with pytest.raises(InputError, match="unknown prior"):
+        VAESettings(prior="uniform")
     with pytest.raises(InputError, match="'plain' has no rotations"):
         VAESettings(decoder="plain", root_rotation=True)
 

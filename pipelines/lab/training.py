@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from a2v.lab.datasets import ActionDataset
+from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from pipelines.lab.dataset_options import DataOptions, hold_out
 from pipelines.options import option
 
@@ -25,6 +26,31 @@ class LearningOptions(DataOptions):
         "subjects not to learn from: names with commas, auto or none", default=""
     )
     out: str = option("folder of the run")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WatchedOptions(LearningOptions):
+    """Those and the classifier that measures the model while it learns."""
+
+    evaluator: str | None = option(
+        "action classifier for a running FID and accuracy (monitoring only)",
+        default=None,
+        metavar="FILE",
+    )
+
+    def watch(self, dataset: ActionDataset) -> Evaluator | None:
+        """The classifier, if one is given.
+
+        Raises
+        ------
+        InputError
+            It cannot be read, or does not know the data set's actions.
+        """
+        if not self.evaluator:
+            return None
+        evaluator = load_evaluator(self.evaluator)
+        evaluator.demand_actions(dataset)
+        return evaluator
 
 
 @dataclass(frozen=True, kw_only=True)

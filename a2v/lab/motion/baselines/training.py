@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -125,6 +126,11 @@ class BaselineTraining(Training):
         draws = torch.Generator().manual_seed(seed * 1_000_003 + iteration)
         return self.model.learn(batch, iteration / self.settings.iterations, self.improve, draws)
 
+    def trained(self) -> TrainedBaseline:
+        """The baseline at this iteration, to sample from; its file has no digest yet."""
+        about = self.settings.name, self.model.eval(), self.dataset.actions, self.dataset.name
+        return TrainedBaseline(*about, self.dataset.digest, self.iteration, digest="")
+
     def content(self) -> dict[str, Any]:
         """Weights, and what they are of."""
         about = {
@@ -199,7 +205,7 @@ def train_baseline(
     folder: str | os.PathLike[str],
     *,
     settings: BaselineSettings,
-    on_log: Callable[[dict[str, float]], None] | None = None,
+    on_log: Callable[[BaselineTraining, dict[str, float]], None] | None = None,
 ) -> TrainedBaseline:
     """Train, or go on with, the baseline in `folder` (``baseline.pt`` and ``log.csv``).
 
@@ -209,7 +215,8 @@ def train_baseline(
     folder : path
     settings : BaselineSettings
     on_log : callable
-        Called with each row of the log.
+        Called with the training and each row of the log; what it adds to the row goes into the
+        log.
 
     Raises
     ------
@@ -218,13 +225,9 @@ def train_baseline(
     """
     path = Path(folder) / FILE
     run = Run(path, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
-    carry_on(
-        BaselineTraining(dataset, settings),
-        run,
-        settings,
-        iterations=settings.iterations,
-        on_log=on_log,
-    )
+    training = BaselineTraining(dataset, settings)
+    show = on_log and functools.partial(on_log, training)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=show)
     return load_baseline(path)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,7 +95,9 @@ def run(options: Options) -> Answer:
             "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own"
         )
     films, fps, action = {}, 0.0, ""
-    for method in methods:
+    for number, method in enumerate(methods, 1):
+        if not options.running.quiet:
+            print(f"method {number} of {len(methods)}: {method}", file=sys.stderr, flush=True)
         films[method], poses = _films(options, method)
         fps, action = poses.fps, poses.action
     photo = Path(options.person.photo).name

@@ -280,7 +280,8 @@ for strength in (1.0, 10.0):
     )
     solved = solve_colors(given, whole, max_iterations=50 if SMALL else 300, tolerance=1e-3)
     versions[f"lambda {strength:g}"] = solved.colors
-close = {"azimuth": 95, "center": ours.vertices.mean(0) + (0, 0.25, 0), "extent": 0.9, "size": SIZE}
+chest = ours.vertices.mean(0) + np.array([0, 0.25, 0])
+close = {"azimuth": 95, "center": chest, "extent": 0.9, "size": SIZE}
 plain = dataclasses.replace(ours, uv=None, texture=None)
 pictures = [
     preview_surface(

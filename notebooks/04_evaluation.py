@@ -218,7 +218,7 @@ def skating(labels, lengths, generator):
     motions = generate(labels, lengths, generator).copy()
     way = (
         0.04
-        / data.frame.metres_per_unit
+        / data.frame.meters_per_unit
         * np.sin(2 * np.pi * np.arange(motions.shape[1]) / data.fps)
     )
     motions[:, :, list(data.skeleton.feet), 2] += way.astype(np.float32)[:, None]
@@ -229,7 +229,7 @@ def drifting(labels, lengths, generator):
     """The whole person drifts sideways at 20 cm/s."""
     motions = generate(labels, lengths, generator)
     drift = (
-        np.arange(motions.shape[1], dtype=np.float32) * 0.2 / data.fps / data.frame.metres_per_unit
+        np.arange(motions.shape[1], dtype=np.float32) * 0.2 / data.fps / data.frame.meters_per_unit
     )
     return motions + drift[:, None, None] * np.float32([1, 0, 0])
 

@@ -36,14 +36,9 @@ from a2v.lab.datasets import ClipSampler, load_dataset
 from a2v.lab.datasets.generated import generated_dataset
 from a2v.lab.evaluation.classifier import load_evaluator
 from a2v.lab.evaluation.metrics import fid
-from a2v.lab.evaluation.protocol import (
-    EvaluationSettings,
-    evaluate,
-    generator_of,
-    markdown_table,
-    physics_table,
-    recorded,
-)
+from a2v.lab.evaluation.protocol import EvaluationSettings, evaluate
+from a2v.lab.evaluation.scores import markdown_table, physics_table
+from a2v.lab.evaluation.sources import generator_of, recorded
 from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
 from a2v.lab.evaluation.survey_answers import (
     analyze,

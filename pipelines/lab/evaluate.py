@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.protocol import (
-    REAL,
     REAL_ALIKE,
-    ActionRows,
     EvaluationSettings,
-    Generate,
-    Scores,
-    action_table,
     evaluate,
-    evaluate_actions,
-    markdown_table,
-    physics_table,
-    recorded,
-    report,
-    scores_as_dict,
-    scores_from_dict,
 )
 from a2v.lab.evaluation.published import published_action_table, published_table
+from a2v.lab.evaluation.scores import (
+    action_table,
+    markdown_table,
+    physics_table,
+    scores_as_dict,
+)
+from a2v.lab.evaluation.sources import recorded
 from a2v.lab.evaluation.standing import FPS, SECONDS, StandingScore, score_standing, standing_table
 from a2v.lab.evaluation.training import FILE, ClassifierSettings
 from a2v.lab.evaluation.vocabulary import score_actions, vocabulary_table
@@ -40,6 +34,7 @@ from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.lab.dataset_options import DataOptions, hold_out
+from pipelines.lab.evaluate_rows import Table, actions_content
 from pipelines.lab.evaluated import MODELS, Evaluated, open_models
 from pipelines.lab.tables import table_path, table_result, write_numbers, write_table
 from pipelines.lab.train_classifier import run_classifier
@@ -143,7 +138,7 @@ def run(options: Options) -> Answer:
     training, unseen = hold_out(dataset, options.held_out)
     opened = open_models(options.model, dataset, options.data)
     evaluator = find_evaluator(options, dataset)
-    table = _Table(out, dataset, evaluator, protocol, opened)
+    table = Table(out, dataset, evaluator, protocol, opened)
     scores = table.measure()
     text = [
         f"# {dataset.name}",
@@ -158,7 +153,7 @@ def run(options: Options) -> Answer:
     content = table.content(scores)
     if options.alike and protocol.labels == "data":
         text += _alike(
-            _Table(
+            Table(
                 out.with_suffix(".alike.md"),
                 dataset,
                 evaluator,
@@ -166,62 +161,109 @@ def run(options: Options) -> Answer:
                 opened,
             )
         )
-    if options.actions:
-        alone = replace(protocol, clips=min(500, protocol.clips), physics_clips=0)
-        tables = table.measure_actions(
-            [name.strip() for name in options.actions.split(",")], alone, content
-        )
-        text += [
-            f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
-            action_table(tables),
-        ]
-        if published := published_action_table(dataset.name, tables):
-            text += ["As published (Table 4):", published]
-        content |= _actions_content(alone, tables)
-    if options.each_action:
-        measured = {}
-        for name, generate in table.models.items():
-            with bar(name, "action") as progress:
-                rows = score_actions(
-                    generate,
-                    dataset,
-                    evaluator,
-                    clips=options.each_action,
-                    seed=protocol.seed,
-                    progress=progress,
-                )
-            text += [
-                f"Every action of {name}, {options.each_action} clips each (zero classifier state):",
-                vocabulary_table(rows),
-            ]
-            measured[name] = [asdict(row) for row in rows]
-        content["vocabulary"] = {"clips": options.each_action, "scores": measured}
-    if options.stand:
-        rows_of = _standing(options, dataset)
-        for name, scored in rows_of.items():
-            text += [
-                f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:",
-                standing_table(scored),
-            ]
-        content["standing"] = {
-            "clips": options.stand,
-            "scores": {name: [asdict(row) for row in scored] for name, scored in rows_of.items()},
-        }
-    if unseen is not None:
-        with bar("held out", "set") as progress:
-            against = evaluate(
-                {"Training clips": recorded(training), **table.models},
-                unseen,
-                evaluator,
-                protocol,
+    parts = (
+        _single_actions(options, table, content),
+        _each_action(options, table),
+        _stands(options, dataset),
+        _against_unseen(training, unseen, evaluator, opened, protocol),
+    )
+    for part in parts:
+        text += part.text
+        content |= part.numbers
+    return table_result(out, write_table(out, text, content), content)
+
+
+class _Part(NamedTuple):
+    """A section of the page, and its numbers."""
+
+    text: list[str]
+    numbers: Mapping[str, object]
+
+
+_NOTHING = _Part([], {})
+
+
+def _single_actions(options: Options, table: Table, content: Mapping[str, object]) -> _Part:
+    """Single actions, the journal paper's Table 4; `content` are the numbers of the page so far."""
+    if not options.actions:
+        return _NOTHING
+    alone = replace(options.protocol, clips=min(500, options.protocol.clips), physics_clips=0)
+    actions = [name.strip() for name in options.actions.split(",")]
+    tables = table.measure_actions(actions, alone, content)
+    text = [
+        f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
+        action_table(tables),
+    ]
+    if published := published_action_table(table.dataset.name, tables):
+        text += ["As published (Table 4):", published]
+    return _Part(text, actions_content(alone, tables))
+
+
+def _each_action(options: Options, table: Table) -> _Part:
+    """How each action of each model is recognized, and how much it repeats its clips."""
+    if not options.each_action:
+        return _NOTHING
+    text, measured = [], {}
+    for name, generate in table.models.items():
+        with bar(name, "action") as progress:
+            rows = score_actions(
+                generate,
+                table.dataset,
+                table.evaluator,
+                clips=options.each_action,
+                seed=options.protocol.seed,
                 progress=progress,
             )
-        text += [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
-        content["held_out"] = {
-            "subjects": sorted(set(unseen.subjects)), "clips": len(unseen), "sha256": unseen.digest, "training_sha256": training.digest,
-            "scores": scores_as_dict(against),
-        }  # fmt: skip
-    return table_result(out, write_table(out, text, content), content)
+        text += [
+            f"Every action of {name}, {options.each_action} clips each (zero classifier state):",
+            vocabulary_table(rows),
+        ]
+        measured[name] = [asdict(row) for row in rows]
+    return _Part(text, {"vocabulary": {"clips": options.each_action, "scores": measured}})
+
+
+def _stands(options: Options, dataset: ActionDataset) -> _Part:
+    """How feet stand in the clips of each exported model."""
+    if not options.stand:
+        return _NOTHING
+    text, rows_of = [], _standing(options, dataset)
+    for name, scored in rows_of.items():
+        text += [
+            f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:",
+            standing_table(scored),
+        ]
+    scores = {name: [asdict(row) for row in scored] for name, scored in rows_of.items()}
+    return _Part(text, {"standing": {"clips": options.stand, "scores": scores}})
+
+
+def _against_unseen(
+    training: ActionDataset,
+    unseen: ActionDataset | None,
+    evaluator: Evaluator,
+    opened: Mapping[str, Evaluated],
+    protocol: EvaluationSettings,
+) -> _Part:
+    """The table against the clips of the held-out people alone."""
+    if unseen is None:
+        return _NOTHING
+    models = {name: model.generate for name, model in opened.items()}
+    with bar("held out", "set") as progress:
+        against = evaluate(
+            {"Training clips": recorded(training), **models},
+            unseen,
+            evaluator,
+            protocol,
+            progress=progress,
+        )
+    numbers = {
+        "subjects": sorted(set(unseen.subjects)),
+        "clips": len(unseen),
+        "sha256": unseen.digest,
+        "training_sha256": training.digest,
+        "scores": scores_as_dict(against),
+    }
+    text = [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
+    return _Part(text, {"held_out": numbers})
 
 
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
@@ -247,7 +289,7 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
     return found
 
 
-def _alike(table: _Table) -> list[str]:
+def _alike(table: Table) -> list[str]:
     """The table with actions drawn alike, with recordings that are drawn alike and the papers' own
     figures."""
     scores = table.measure()
@@ -259,117 +301,6 @@ def _alike(table: _Table) -> list[str]:
         markdown_table(scores),
         *(["As published, in this protocol:", published] if published else []),
     ]
-
-
-class _Table:
-    """The rows of a table. Those that its file has of the same models, data, classifier and
-    protocol are kept: a killed run goes on, and a model can be added.
-    """
-
-    def __init__(
-        self,
-        out: Path,
-        dataset: ActionDataset,
-        evaluator: Evaluator,
-        protocol: EvaluationSettings,
-        opened: Mapping[str, Evaluated],
-    ) -> None:
-        self.out, self.dataset, self._evaluator, self._protocol = out, dataset, evaluator, protocol
-        self._described = {
-            name: {"sha256": model.digest, "trained_on": model.trained_on or None}
-            for name, model in opened.items()
-        }
-        self.models: Mapping[str, Generate] = {
-            name: model.generate for name, model in opened.items()
-        }
-        self._known, self._known_actions = _known_rows(
-            out.with_suffix(".json"), self.content([]), self._described
-        )
-
-    def content(self, rows: Sequence[Scores]) -> dict[str, object]:
-        """The numbers of `rows`, and what they were measured with."""
-        names = {row.name for row in rows}
-        models = {name: about for name, about in self._described.items() if name in names}
-        return report(rows, self.dataset, self._evaluator, self._protocol) | {"models": models}
-
-    def measure(self) -> list[Scores]:
-        """The rows of all models; each is written when it is measured."""
-        measured = list(self._known.values())
-
-        def keep(row: Scores) -> None:
-            measured.append(row)
-            write_numbers(self.out, self.content(measured) | {"unfinished": True})
-
-        with bar("evaluate", "set") as progress:
-            return evaluate(
-                self.models,
-                self.dataset,
-                self._evaluator,
-                self._protocol,
-                known=self._known,
-                progress=progress,
-                on_row=keep,
-            )
-
-    def measure_actions(
-        self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
-    ) -> dict[str, list[Scores]]:
-        """The rows of single actions; each is written beside `content` when it is measured."""
-        single = {action: list(rows.values()) for action, rows in self._known_actions.items()}
-
-        def keep(action: str, row: Scores) -> None:
-            single.setdefault(action, []).append(row)
-            write_numbers(
-                self.out, {**content, **_actions_content(protocol, single), "unfinished": True}
-            )
-
-        with bar("actions", "set") as progress:
-            return evaluate_actions(
-                self.models,
-                self.dataset,
-                self._evaluator,
-                actions,
-                protocol,
-                rows=ActionRows(self._known_actions, keep),
-                progress=progress,
-            )
-
-
-def _actions_content(
-    protocol: EvaluationSettings, rows: Mapping[str, Sequence[Scores]]
-) -> dict[str, object]:
-    return {
-        "actions": {
-            "clips": protocol.clips,
-            "scores": {action: scores_as_dict(part) for action, part in rows.items()},
-        }
-    }
-
-
-def _known_rows(
-    path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
-) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
-    """Rows of an earlier table at `path` that measuring again would give again: by name, and those
-    of single actions by action and name."""
-    try:
-        old = json.loads(path.read_text(encoding="utf-8"))
-        if any(
-            old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")
-        ):
-            return {}, {}
-        kept = {
-            REAL,
-            REAL_ALIKE,
-            *(name for name, about in models.items() if old["models"].get(name) == about),
-        }
-
-        def rows(part: Mapping[str, Any]) -> dict[str, Scores]:
-            return scores_from_dict({name: row for name, row in part.items() if name in kept})
-
-        actions = old.get("actions", {}).get("scores", {})
-        return rows(old["scores"]), {action: rows(part) for action, part in actions.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}, {}  # none, or not such a table: it is measured anew and replaced
 
 
 def _describe_split(

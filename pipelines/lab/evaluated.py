@@ -15,7 +15,7 @@ from a2v.lab.evaluation.baselines import (
     generator_of_baseline,
     open_baseline,
 )
-from a2v.lab.evaluation.protocol import Generate, generator_of, generator_of_families
+from a2v.lab.evaluation.sources import Generate, generator_of, generator_of_families
 from a2v.motion import MotionModel
 from pipelines.requests.motion import MODEL
 

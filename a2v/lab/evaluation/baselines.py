@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset
-from a2v.lab.evaluation.protocol import Generate, recorded
+from a2v.lab.evaluation.sources import Generate, recorded
 from a2v.lab.motion.baselines.training import TrainedBaseline, load_baseline
 from a2v.types import FloatArray, IntArray, Motion
 

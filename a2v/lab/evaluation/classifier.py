@@ -16,8 +16,8 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.io import sha256, shorten
 from a2v.kinematics.ground import face_forward, first_heading, left_of
+from a2v.lab.checkpoints import load_tensors
 from a2v.lab.datasets import ActionDataset
-from a2v.lab.runs import load_tensors
 from a2v.types import FloatArray, IntArray
 
 State = Literal["zeros", "random"]

@@ -8,7 +8,7 @@ import torch
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.evaluation.classifier import Evaluator
 from a2v.lab.evaluation.metrics import accuracy, fid
-from a2v.lab.evaluation.protocol import Generate
+from a2v.lab.evaluation.sources import Generate
 from a2v.lab.motion.vae import MotionVAE
 from a2v.types import FloatArray, IntArray
 

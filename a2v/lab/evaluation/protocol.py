@@ -12,12 +12,12 @@ import numpy as np
 import torch
 
 from a2v.errors import InputError
-from a2v.kinematics.ground import first_heading
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.evaluation.classifier import Evaluator, State
-from a2v.lab.evaluation.metrics import accuracy, confidence_interval, diversity, fid, multimodality
+from a2v.lab.evaluation.metrics import accuracy, diversity, fid, multimodality
 from a2v.lab.evaluation.physics import PhysicsMetrics, joints_physics
-from a2v.motion import MotionModel
+from a2v.lab.evaluation.scores import METRICS, Scores, scores_as_dict
+from a2v.lab.evaluation.sources import Generate, recorded
 from a2v.types import FloatArray, IntArray, Progress
 from a2v.version import __version__
 
@@ -25,14 +25,6 @@ REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
 """The floor of tables with actions drawn alike: recordings of the same actions as the models'
 clips."""
-
-PART = 250
-"""Clips that are made at a time."""
-
-METRICS = ("fid", "accuracy", "diversity", "multimodality")
-
-Generate = Callable[[IntArray, FloatArray, np.random.Generator], FloatArray]
-"""``(labels (N,), bone lengths (N, J) native, generator) -> native joints (N, T, J, 3)``."""
 
 
 @dataclass(frozen=True)
@@ -78,116 +70,6 @@ class EvaluationSettings:
     def name(self) -> str:
         """One line for tables."""
         return f"{self.clips} real and generated clips, {self.repeats} repeat{'s' if self.repeats > 1 else ''}, {self.labels} labels, {self.state} classifier state, seed {self.seed}"
-
-
-@dataclass(frozen=True)
-class Scores:
-    """Metrics of one model: every repeat's value by metric, and the physical measures of
-    `physics_clips` clips."""
-
-    name: str
-    values: Mapping[str, tuple[float, ...]]
-    physics: PhysicsMetrics | None = None
-
-    def summary(self) -> dict[str, tuple[float, float]]:
-        """Mean and half width of the 95 % interval by metric."""
-        return {
-            metric: confidence_interval(np.asarray(values))
-            for metric, values in self.values.items()
-        }
-
-
-def generator_of(model: MotionModel, frames: int) -> Generate:
-    """Sampling of an exported model as the protocol wants it."""
-
-    def generate(
-        labels: IntArray, lengths: FloatArray, generator: np.random.Generator
-    ) -> FloatArray:
-        joints = []
-        for start in range(0, len(labels), PART):
-            part = slice(start, start + PART)
-            joints.append(model.generate_like_data(labels[part], lengths[part], frames, generator))
-        return model.to_native(np.concatenate(joints))
-
-    return generate
-
-
-def generator_of_families(
-    model: MotionModel, fine: ActionDataset, coarse: ActionDataset, frames: int
-) -> Generate:
-    """Sampling of a model of finer actions under coarser names: like a random clip of the family,
-    of its action, as long, and facing as it does.
-
-    What a clip does, how long it moves and where in the laboratory it heads go together, and
-    classifiers that see headings know clips by that (docs/research/motion-flow.md): drawn apart,
-    real clips lose as much.
-
-    Parameters
-    ----------
-    model : MotionModel
-        Of the actions of `fine`.
-    fine : ActionDataset
-    coarse : ActionDataset
-        Recordings of the same names under the labels that are asked for; a recording of which
-        `fine` has parts counts for each.
-
-    Raises
-    ------
-    InputError
-        A family has no clip in `fine`.
-    """
-    label_of = dict(zip(coarse.clip_names, coarse.labels.tolist(), strict=True))
-    family = np.array([label_of.get(name.split("/")[0], -1) for name in fine.clip_names])
-    members = [np.flatnonzero(family == label) for label in range(len(coarse.actions))]
-    if empty := [name for name, own in zip(coarse.actions, members, strict=True) if not len(own)]:
-        raise InputError(f"{fine.name} has no clips of '{empty[0]}'")
-    sampler = ClipSampler(fine, fine.length)
-    shares = np.minimum(np.array([len(clip) for clip in fine.joints]) / fine.length, 1)
-
-    def generate(
-        labels: IntArray, lengths: FloatArray, generator: np.random.Generator
-    ) -> FloatArray:
-        clips = np.array([generator.choice(members[label]) for label in labels.tolist()])
-        ahead = first_heading(sampler.windows(clips, generator), fine.skeleton)
-        headings = np.arctan2(ahead[:, 1], ahead[:, 0])
-        joints = [
-            model.generate_like_data(
-                fine.labels[clips[part]],
-                lengths[part],
-                frames,
-                generator,
-                active=shares[clips[part]],
-                headings=headings[part],
-            )
-            for part in (slice(start, start + PART) for start in range(0, len(clips), PART))
-        ]
-        return model.to_native(np.concatenate(joints))
-
-    return generate
-
-
-def recorded(dataset: ActionDataset) -> Generate:
-    """Random windows of recorded clips of the wanted actions, as a model would give them (their own
-    bone lengths).
-
-    Raises
-    ------
-    InputError
-        When called for an action that the data has no clip of.
-    """
-    sampler = ClipSampler(dataset, dataset.length)
-
-    def generate(labels: IntArray, _: FloatArray, generator: np.random.Generator) -> FloatArray:
-        clips = np.zeros(len(labels), dtype=np.int64)
-        for label in np.unique(labels):
-            own = np.flatnonzero(dataset.labels == label)
-            if not len(own):
-                raise InputError(f"{dataset.name} has no clip of '{dataset.actions[label]}' here")
-            wanted = labels == label
-            clips[wanted] = generator.choice(own, int(wanted.sum()))
-        return dataset.frame.flip(sampler.windows(clips, generator))
-
-    return generate
 
 
 def evaluate(
@@ -400,75 +282,6 @@ def evaluate_actions(
             on_row=kept,
         )
     return tables
-
-
-def _cell(scores: Scores, metric: str) -> str:
-    mean, half = scores.summary()[metric]
-    return f"{mean:.3f} ± {half:.3f}" if len(scores.values[metric]) > 1 else f"{mean:.3f}"
-
-
-def markdown_table(scores: Sequence[Scores]) -> str:
-    """The papers' table: mean ± half width of the 95 % interval (of several repeats)."""
-    lines = ["| Methods | FID↓ | Accuracy↑ | Diversity→ | MModality→ |", "|---|---|---|---|---|"]
-    lines += [
-        f"| {row.name} | {' | '.join(_cell(row, metric) for metric in METRICS)} |" for row in scores
-    ]
-    return "\n".join(lines)
-
-
-def action_table(tables: Mapping[str, Sequence[Scores]]) -> str:
-    """The journal paper's Table 4: FID, accuracy and diversity of single actions side by side."""
-    shown = METRICS[:3]
-    head = [
-        f"{action} {metric}" for action in tables for metric in ("FID↓", "Accuracy↑", "Diversity→")
-    ]
-    lines = [f"| Methods | {' | '.join(head)} |", "|---" * (len(head) + 1) + "|"]
-    for rows in zip(*tables.values(), strict=True):
-        lines.append(
-            f"| {rows[0].name} | {' | '.join(_cell(row, metric) for row in rows for metric in shown)} |"
-        )
-    return "\n".join(lines)
-
-
-def physics_table(scores: Sequence[Scores]) -> str:
-    """Physical plausibility, real motions first: they are never at zero either; "" where it was not
-    measured."""
-    known = [row for row in scores if row.physics is not None]
-    if not known:
-        return ""
-    columns = {
-        "Foot skating": ("skating", 1), "Penetration mm": ("penetration", 1), "Float mm": ("floating", 1), "Slide mm/frame": ("slide", 1),
-        "Jitter m/s³": ("jitter", 1), "Bone variation %": ("bone_variation", 100),
-        "Slide in contact cm/s": ("contact_slide", 100), "Contacts over 30 cm/s %": ("contact_fast", 100),
-    }  # fmt: skip
-    lines = [f"| Methods | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
-    for row in known:
-        values = row.physics.as_dict() if row.physics is not None else {}
-        lines.append(
-            f"| {row.name} | {' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} |"
-        )
-    return "\n".join(lines)
-
-
-def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
-    """Rows as JSON: every repeat's values by metric, and the physical measures."""
-    return {
-        row.name: {metric: list(numbers) for metric, numbers in row.values.items()}
-        | ({"physics": row.physics.as_dict()} if row.physics else {})
-        for row in scores
-    }
-
-
-def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scores]:
-    """The inverse of `scores_as_dict`, by name."""
-    return {
-        name: Scores(
-            name,
-            {metric: tuple(row[metric]) for metric in METRICS},
-            PhysicsMetrics(**row["physics"]) if "physics" in row else None,
-        )
-        for name, row in content.items()
-    }
 
 
 def report(

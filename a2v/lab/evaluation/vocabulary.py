@@ -14,7 +14,7 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator
 from a2v.lab.evaluation.metrics import accuracy
-from a2v.lab.evaluation.protocol import Generate, recorded
+from a2v.lab.evaluation.sources import Generate, recorded
 from a2v.types import FloatArray, Progress
 
 START_STEP = 2

@@ -13,9 +13,9 @@ import torch
 from torch import Tensor
 
 from a2v.errors import InputError
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.motion.flow import FlowNetwork
 from a2v.lab.motion.windows import LinearCode, WindowCodec
-from a2v.lab.runs import read_checkpoint
 from a2v.motion.card import WINDOW_FORMAT, parse_card
 from a2v.types import FloatArray
 

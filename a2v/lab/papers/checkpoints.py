@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from a2v.errors import InputError
 from a2v.io import shorten
-from a2v.lab.runs import load_tensors
+from a2v.lab.checkpoints import load_tensors
 
 State = Mapping[str, Tensor]
 

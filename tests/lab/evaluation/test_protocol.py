@@ -16,17 +16,18 @@ from a2v.lab.evaluation.classifier import ActionClassifier, Evaluator
 from a2v.lab.evaluation.protocol import (
     ActionRows,
     EvaluationSettings,
-    action_table,
     evaluate,
     evaluate_actions,
-    generator_of_families,
+    report,
+)
+from a2v.lab.evaluation.scores import (
+    action_table,
     markdown_table,
     physics_table,
-    recorded,
-    report,
     scores_as_dict,
     scores_from_dict,
 )
+from a2v.lab.evaluation.sources import generator_of_families, recorded
 from a2v.motion import MotionModel
 from tests.support.motions import mirrored
 

@@ -17,6 +17,7 @@ from torch.nn import functional
 
 from a2v.errors import InputError
 from a2v.io import sha256
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.motion.baselines import NAMES
 from a2v.lab.motion.baselines.act_mocogan import ActMoCoGAN
@@ -25,15 +26,7 @@ from a2v.lab.motion.baselines.cond_gru import CondGRU
 from a2v.lab.motion.baselines.dancing2music import Dancing2Music
 from a2v.lab.motion.baselines.latent_transition import LatentTransition
 from a2v.lab.motion.baselines.two_stage_gan import TwoStageGAN
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.types import FloatArray, IntArray
 
 FILE = "baseline.pt"

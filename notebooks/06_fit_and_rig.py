@@ -177,11 +177,12 @@ axes[1].set_title("bones")
 from a2v.body import FitSettings
 
 chosen = FitSettings(rounds=2) if SMALL else FitSettings()
-fitted = fit_body(subject, surface=surface, camera=camera, settings=chosen)
+result = fit_body(subject, surface=surface, camera=camera, settings=chosen)
+fitted = result.body
 print(
-    {name: round(value, 4) for name, value in fitted.residuals.items() if isinstance(value, float)}
+    {name: round(value, 4) for name, value in result.residuals.items() if isinstance(value, float)}
 )
-print("terms:", {name: round(value, 1) for name, value in fitted.residuals["loss"].items()})
+print("terms:", {name: round(value, 1) for name, value in result.residuals["loss"].items()})
 from scipy.spatial import cKDTree
 
 for name, one in (("fitted to the photo", body), ("fitted to the surface", fitted)):

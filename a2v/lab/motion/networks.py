@@ -34,13 +34,13 @@ class VAESettings:
     latent_size : int
         Dimension of z.
     trajectory_size : int
-        Dimension of h^o, what the generator tells the trajectory network (GLMI only).
+        Dimension of h^o, the generator's output for the trajectory network (GLMI only).
     roots : "absolute" or "relative"
-        What the networks know of the root: where it is, or how it moved since the frame before
-        ("works better", Sec. 4.1.1).
+        Whether the networks see the root's position, or its step since the last frame ("works
+        better", Sec. 4.1.1).
     root_rotation : bool
-        Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first
-        bones of the chains turn with the body. Not for "plain".
+        Whether a rotation W_0 of the whole body is decoded too (Eq. 6). Without it, the first bones
+        of the chains turn with the body. Not for "plain".
     prior : "learned" or "fixed"
         A prior network that sees the previous pose (Eq. 8 and 10), or the standard normal
         distribution N(0, I) in every frame (Eq. 7).
@@ -76,8 +76,8 @@ class VAESettings:
         return self.roots == "relative"
 
     def feedback(self, poses: Tensor) -> Tensor:
-        """Poses (..., J, 3) as prior and generator are told of the frame before: each from its own
-        root if `relative`."""
+        """Return previous poses (..., J, 3) as prior and generator see them: relative to the root
+        if `relative`."""
         return poses - poses[..., :1, :] if self.relative else poses
 
 
@@ -159,7 +159,7 @@ class Pose(NamedTuple):
 
 
 class PoseDecoder(nn.Module):
-    """The four pose decodings of Fig. 4 behind one call.
+    """The four pose decodings of Fig. 4 with one interface.
 
     Parameters
     ----------
@@ -220,8 +220,8 @@ class PoseDecoder(nn.Module):
 
     @property
     def turns(self) -> int:
-        """Number of components of the rotation vectors that are decoded; W_0's, where there is one,
-        are the last three."""
+        """Number of decoded components of rotation vectors; W_0's are the last three, if it is
+        decoded."""
         return 3 * (self.skeleton.n_joints - 1 + self.settings.root_rotation)
 
     @property
@@ -232,7 +232,7 @@ class PoseDecoder(nn.Module):
 
     @property
     def from_last_root(self) -> bool:
-        """Whether what is decoded is where the body is from the root of the frame before."""
+        """Whether the decoded position is relative to the root of the last frame."""
         return self.follows_trajectory or self.settings.relative
 
     def forward(
@@ -244,7 +244,7 @@ class PoseDecoder(nn.Module):
         ----------
         outputs : (B, T, D)
         previous : (B, T, J, 3)
-            Poses before each frame (zeros before the first), native units.
+            Previous pose of each frame (zeros for the first), native units.
         lengths : (B, J)
             Bone lengths, native units.
         state : (1, B, H) or None

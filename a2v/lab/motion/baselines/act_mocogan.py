@@ -26,7 +26,7 @@ CONTENT = 30
 CLASS_WEIGHT = 0.7
 """Weight of the action's cross entropy in the generator's loss."""
 POSE_WEIGHT = 0.5
-"""Weight of the judge of single poses in it."""
+"""Weight of the discriminator of single poses in it."""
 
 
 class ActMoCoGAN(Baseline):

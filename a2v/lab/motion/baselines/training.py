@@ -44,9 +44,9 @@ class BaselineSettings(RunSettings):
     name : str
         One of `a2v.lab.motion.baselines.NAMES`.
     iterations : int
-        Those of both stages, where there are two.
+        Iterations of both stages together, for systems with two.
     batch_size : int
-        Clips an iteration.
+        Clips per iteration.
     learning_rate : float
         Adam's, with (.5, .999).
     width : float
@@ -85,7 +85,7 @@ class BaselineTraining(Training):
             3 * dataset.skeleton.n_joints, len(dataset.actions), dataset.length, settings.width
         )
         self.model = KINDS[settings.name](self.sizes)
-        # one optimizer for all networks: it leaves weights without a gradient as they are
+        # one optimizer for all networks: it does not change weights without a gradient
         self.optimizer = torch.optim.Adam(
             self.model.parameters(), lr=settings.learning_rate, betas=(0.5, 0.999)
         )
@@ -104,7 +104,7 @@ class BaselineTraining(Training):
         return float(loss.detach())
 
     def step(self) -> dict[str, float]:
-        """One iteration; the losses that the baseline names."""
+        """Run one iteration; return the losses that the baseline names."""
         seed, iteration = self.settings.seed, self.iteration
         joints, labels, _ = self.sampler.batch(
             self.settings.batch_size, np.random.default_rng([seed, iteration])
@@ -125,7 +125,7 @@ class BaselineTraining(Training):
         return TrainedBaseline(*about, self.dataset.digest, self.iteration, digest="")
 
     def content(self) -> dict[str, Any]:
-        """Weights, and what they are of."""
+        """Return the weights and their description."""
         about = {
             "name": self.settings.name,
             "sizes": dataclasses.asdict(self.sizes),
@@ -152,7 +152,7 @@ class TrainedBaseline:
         In `eval` mode.
     actions : tuple of str
     dataset, dataset_digest : str
-        What it learned from.
+        Its training data.
     iterations : int
     digest : str
         SHA-256 of its file.
@@ -176,7 +176,7 @@ class TrainedBaseline:
         ----------
         labels : (N,) int
         first : (N, J, 3) float32
-            Real first poses with their root at the origin; only CondGRU looks at them.
+            Real first poses with their root at the origin; only CondGRU uses them.
         generator : numpy Generator
         """
         draws = torch.Generator().manual_seed(int(generator.integers(2**62)))
@@ -200,7 +200,7 @@ def train_baseline(
     settings: BaselineSettings,
     on_log: Callable[[BaselineTraining, dict[str, float]], None] | None = None,
 ) -> TrainedBaseline:
-    """Train, or go on with, the baseline in `folder` (``baseline.pt`` and ``log.csv``).
+    """Train the baseline in `folder`, or resume its training (``baseline.pt`` and ``log.csv``).
 
     Parameters
     ----------

@@ -13,13 +13,14 @@ from a2v.io import open_file
 
 
 def load_tensors(path: str | os.PathLike[str]) -> Any:
-    """What `torch.load` makes of a regular file: tensors and plain values alone, together hardly
-    more than the file holds.
+    """Return the result of `torch.load` for a regular file: only tensors and plain values, hardly
+    larger than the file.
 
     Raises
     ------
     InputError
-        It is missing, no regular file, or its tensors would take more than the file.
+        The file is missing or not regular, or its tensors would take more memory than the file's
+        size.
     Exception
         Whatever torch raises for another file.
     """
@@ -45,8 +46,8 @@ def load_tensors(path: str | os.PathLike[str]) -> Any:
 
 
 _REPEATED = 4
-"""Times that the tensors of a checkpoint may be larger than its file: several may share their
-numbers."""
+"""Factor by which the tensors of a checkpoint may be larger than its file, since several may share
+memory."""
 
 
 def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
@@ -57,7 +58,7 @@ def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
 
 
 def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict[str, Any]:
-    """The content of a checkpoint; nothing but tensors and plain values is unpickled.
+    """Return the content of a checkpoint; only tensors and plain values are unpickled.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict
         raise
     except (
         Exception
-    ):  # torch raises many kinds for a damaged file, and advises to read it without care
+    ):  # torch raises many kinds for a damaged file, and its message recommends unsafe reading
         raise InputError(
             f"{path} cannot be read as a checkpoint; it is damaged, or something else"
         ) from None

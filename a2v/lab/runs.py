@@ -1,5 +1,5 @@
-"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which
-a stopped run goes on."""
+"""Common parts of all trainings: device, learning rate, loop, and a folder from which a stopped run
+resumes."""
 
 from __future__ import annotations
 
@@ -26,15 +26,14 @@ if TYPE_CHECKING:
 FREE_TO_CHANGE = frozenset(
     {"threads", "device", "checkpoint_seconds", "log_every", "quick_products"}
 )
-"""Settings that do not change what is learned, so that a run may be resumed with others."""
+"""Settings that do not change the result, so that a run may be resumed with other values."""
 NEWER: Mapping[str, bool] = {"newer": True}
-"""Metadata of a field that older runs do not know: what it is by default does not tell two runs
-apart."""
+"""Metadata of a field that older runs lack. Its default value does not distinguish two runs."""
 
 
 @dataclass(frozen=True)
 class RunSettings:
-    """What every training's settings have.
+    """Common settings of all trainings.
 
     Attributes
     ----------
@@ -43,7 +42,7 @@ class RunSettings:
     threads : int
         CPU threads; 0 for torch's default.
     device : str
-        "auto" takes CUDA where there is one.
+        "auto" takes CUDA if it is available.
     checkpoint_seconds : float
         Time between checkpoints.
     log_every : int
@@ -70,8 +69,8 @@ class RunSettings:
 
     @contextmanager
     def products(self) -> Iterator[None]:
-        """A training loop's matrix products as `quick_products` says; afterwards they are what they
-        were."""
+        """Context with the matrix products of `quick_products`; the previous setting is restored
+        afterwards."""
         import torch
 
         matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]  # torch's stubs lack it
@@ -85,7 +84,7 @@ class RunSettings:
 
     @contextmanager
     def loop(self, save: Callable[[], None]) -> Iterator[None]:
-        """A training loop: `products`, and `save` whatever ends it, Ctrl-C too."""
+        """Context of a training loop: `products`, and `save` however it ends, Ctrl-C included."""
         with self.products():
             try:
                 yield
@@ -94,12 +93,12 @@ class RunSettings:
 
 
 def choose_device(name: str) -> torch.device:
-    """The device called `name`; "auto" is CUDA where there is one, else the CPU.
+    """Return the device called `name`; "auto" is CUDA if it is available, else the CPU.
 
     Raises
     ------
     InputError
-        It is none of auto, cpu, cuda, cuda:0..., or not here.
+        It is not one of auto, cpu, cuda, cuda:0..., or not available.
     """
     import torch
 
@@ -150,7 +149,7 @@ class RateSchedule:
 
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
-    """What makes two runs the same: the settings (dataclasses) that change what is learned, and the
+    """Return what identifies a run: the settings (dataclasses) that change the result, and the
     data's digest."""
     values: dict[str, Any] = {}
     for chosen in settings:
@@ -168,7 +167,7 @@ def identity(*settings: Any, digest: str) -> dict[str, Any]:
 
 
 class Run:
-    """A checkpoint file that is written now and then, and read when the same training is started
+    """A checkpoint file that is written periodically, and read when the same training is started
     again.
 
     Parameters
@@ -188,13 +187,14 @@ class Run:
         self._saved = self._began = time.monotonic()
 
     def resume(self, needed: Iterable[str]) -> dict[str, Any] | None:
-        """Content of the checkpoint, None where there is none; the clock goes on from it.
+        """Return the content of the checkpoint, or None if there is none. The clock continues from
+        it.
 
         Raises
         ------
         InputError
-            It cannot be read, or was made with other data or settings (the first difference is
-            named).
+            It cannot be read, or was made with other data or settings; the message names the first
+            difference.
         """
         if not self.path.exists():
             return None
@@ -211,7 +211,7 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """Time the training has taken, all its sessions together."""
+        """Time of the training, all its sessions together."""
         return time.monotonic() - self._began
 
     @property
@@ -220,7 +220,7 @@ class Run:
         return time.monotonic() - self._saved > self.every
 
     def save(self, content: Mapping[str, Any], log: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Write the checkpoint and the log, each under its name only when it is whole."""
+        """Write the checkpoint and the log, each atomically."""
         import torch
 
         with atomic_path(self.path) as temporary:
@@ -231,7 +231,7 @@ class Run:
 
 
 class Training(ABC):
-    """A training in progress: what `carry_on` repeats, keeps and restores.
+    """A training in progress, which `carry_on` runs, saves and restores.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class Training(ABC):
         A group of weights may have a "share" of the rate.
     rate : RateSchedule
     iteration : int
-        How many are done.
+        Number of finished iterations.
     log : list of dict
         A row of mean losses every ``log_every`` iterations.
     """
@@ -258,22 +258,23 @@ class Training(ABC):
 
     @abstractmethod
     def step(self) -> dict[str, float]:
-        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean
-        of."""
+        """Run iteration number `iteration`. Return its losses and other values of which the log has
+        the mean."""
 
     @abstractmethod
     def content(self) -> dict[str, Any]:
-        """What a checkpoint holds beside optimizer, iteration and log: tensors and plain values."""
+        """Return the content of a checkpoint beside optimizer, iteration and log: tensors and plain
+        values."""
 
     @abstractmethod
     def restore(self, content: Mapping[str, Any]) -> None:
         """Take over the `content` of a checkpoint."""
 
-    def begin(self) -> None:  # noqa: B027  # most have nothing to do
-        """What a training does at first when there is no checkpoint."""
+    def begin(self) -> None:  # noqa: B027  # most need no preparation
+        """Prepare a training that has no checkpoint."""
 
     def measure(self) -> dict[str, float]:
-        """What a row of the log has besides the means: measured when it is written."""
+        """Return further values of a row of the log, measured when it is written."""
         return {}
 
     def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
@@ -299,10 +300,10 @@ def carry_on(
     iterations: int,
     on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> None:
-    """Begin a training, or go on with what `run` has of it, until `iterations` are done.
+    """Begin a training, or resume it from `run`, until `iterations` are done.
 
-    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one
-    of a training that is complete stays as it is.
+    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C. That
+    of a finished training is not changed.
 
     Parameters
     ----------
@@ -311,7 +312,7 @@ def carry_on(
     run : Run
     settings : RunSettings
     iterations : int
-        In all, those of earlier sessions included.
+        Total number, earlier sessions included.
     on_log : callable
         Called with each new row of the log; what it adds to the row is kept.
 
@@ -360,7 +361,7 @@ def carry_on(
 def _mean_row(
     training: Training, run: Run, recent: Sequence[Mapping[str, float]]
 ) -> dict[str, float]:
-    """A row of the log. Raises InputError where a mean is not finite."""
+    """A row of the log. Raises InputError if a mean is not finite."""
     mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
     row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
     if not np.isfinite(list(mean.values())).all():

@@ -1,5 +1,5 @@
-"""Several ways to make the same video, side by side on one page (the journal paper's Fig. 6, 16 and
-19 to 24), and asked about (Tables 5 and 6)."""
+"""The same video by several methods, side by side on one page (the journal paper's Fig. 6, 16 and
+19 to 24) and as a user study (Tables 5 and 6)."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def write_comparison(
     path
         Ends in ``.html``.
     films : Films
-        Every method has the same views, as long as each other.
+        Every method has the same views and number of frames.
     shown : int
-        Frames of each view as pictures, evenly spread.
+        Number of frames of each view that are shown as pictures, evenly spread.
     about : str
         A line below the heading.
 

@@ -23,8 +23,7 @@ from a2v.version import __version__
 
 REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
-"""The floor of tables with actions drawn alike: recordings of the same actions as the models'
-clips."""
+"""The row of recordings whose actions are drawn uniformly, like those of the models' clips."""
 
 
 @dataclass(frozen=True)
@@ -34,15 +33,15 @@ class EvaluationSettings:
     Attributes
     ----------
     clips : int
-        Generated and real clips a repeat, drawn with replacement.
+        Generated and real clips per repeat, drawn with replacement.
     repeats : int
         Independent repeats; tables give their mean and 95 % interval.
     labels : "data" or "uniform"
-        Actions of the generated clips: as frequent as in the data, or all drawn alike, as the
-        published evaluation does. Real clips are drawn as they are, so under "uniform" even real
-        motions, drawn with equal actions, have an FID of 2.3 on HumanAct12 (0.5 fine-grained, 3.3
-        on CMU): a row of its own says so, and no row of one protocol compares with one of the
-        other.
+        Actions of the generated clips: as frequent as in the data, or all equally frequent, as in
+        the published evaluation. Real clips always keep the data's frequencies. So under "uniform"
+        even real motions with equally frequent actions have an FID of 2.3 on HumanAct12 (0.5
+        fine-grained, 3.3 on CMU); a separate row shows it. Do not compare rows of the two
+        protocols.
     state : "random" or "zeros"
         First state of the classifier's GRU: the papers' random one, or the deterministic protocol.
     seed : int
@@ -68,7 +67,7 @@ class EvaluationSettings:
 
     @property
     def name(self) -> str:
-        """One line for tables."""
+        """One line that describes the protocol, for tables."""
         return f"{self.clips} real and generated clips, {self.repeats} repeat{'s' if self.repeats > 1 else ''}, {self.labels} labels, {self.state} classifier state, seed {self.seed}"
 
 
@@ -84,8 +83,8 @@ def evaluate(
 ) -> list[Scores]:
     """Score models, with real motions as the first row.
 
-    Every row draws from generators of its own, the same for all: the same actions, bones and first
-    states, whatever else is measured.
+    Each row has its own generators with the same seeds: the same actions, bones and first states,
+    independent of the other rows.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ def evaluate(
     progress : Progress
         Called after every repeat of a row.
     on_row : callable
-        Called with every row that was measured, at once.
+        Called with each row as soon as it is measured.
 
     Returns
     -------
@@ -110,7 +109,7 @@ def evaluate(
     Raises
     ------
     InputError
-        The classifier is of other actions.
+        The classifier was trained for other actions.
     """
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
@@ -135,8 +134,8 @@ def evaluate(
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """What every row is measured with: `references` are the features (clips, 30) of real motions,
-    one of each repeat."""
+    """Common inputs of all rows. `references` are the features (clips, 30) of real motions, one
+    array per repeat."""
 
     dataset: ActionDataset
     evaluator: Evaluator
@@ -153,7 +152,7 @@ class _Trial:
         *,
         repeats: int,
     ) -> _Trial:
-        """With the references drawn."""
+        """Create it and draw the references."""
         sampler, references = ClipSampler(dataset, dataset.length), []
         for repeat in range(repeats):
             generator = np.random.default_rng([settings.seed, repeat, 0])
@@ -169,7 +168,7 @@ class _Trial:
 def _measure_row(
     name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]
 ) -> Scores:
-    """Every repeat of one row, against the references; recorded motions for None."""
+    """Measure every repeat of one row against the references; None measures recorded motions."""
     dataset, settings = trial.dataset, trial.settings
     values: dict[str, list[float]] = {metric: [] for metric in METRICS}
     physics: PhysicsMetrics | None = None
@@ -199,7 +198,7 @@ def _draw(
     settings: EvaluationSettings,
     generator: np.random.Generator,
 ) -> tuple[FloatArray, IntArray]:
-    """Native motions and labels of one repeat: recorded ones for None."""
+    """Return native motions and labels of one repeat; None returns recorded ones."""
     if generate is None:
         recordings, labels, _ = sampler.batch(settings.clips, generator)
         return dataset.frame.flip(recordings), labels
@@ -216,8 +215,8 @@ def _draw(
 
 @dataclass(frozen=True, eq=False)
 class ActionRows:
-    """Rows of single actions that are known already (`evaluate`), by action and name, and what is
-    called with the action and each row as it is measured."""
+    """Rows of single actions that are already measured (`evaluate`), by action and name, and a
+    function that is called with the action and each new row."""
 
     known: Mapping[str, Mapping[str, Scores]] = field(default_factory=dict)
     on_row: Callable[[str, Scores], None] | None = None
@@ -290,10 +289,10 @@ def report(
     evaluator: Evaluator,
     settings: EvaluationSettings,
 ) -> dict[str, Any]:
-    """Everything a reader needs to reproduce a table, as JSON."""
+    """Return as JSON everything that is needed to reproduce a table."""
     return {
-        # "generator": each row draws from its own, which tells this protocol from one generator for
-        # a whole table
+        # "generator": each row has its own generator, unlike tables of an older version, which had
+        # one for the whole table
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
         "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},

@@ -60,8 +60,8 @@ def action_table(tables: Mapping[str, Sequence[Scores]]) -> str:
 
 
 def physics_table(scores: Sequence[Scores]) -> str:
-    """Physical plausibility, real motions first: they are never at zero either; "" where it was not
-    measured."""
+    """Physical plausibility, real motions first, since they are not at zero either; "" if it was
+    not measured."""
     known = [row for row in scores if row.physics is not None]
     if not known:
         return ""

@@ -13,14 +13,14 @@ from a2v.motion import MotionModel
 from a2v.types import FloatArray, IntArray
 
 PART = 250
-"""Clips that are made at a time."""
+"""Number of clips that are sampled at a time."""
 
 Generate = Callable[[IntArray, FloatArray, np.random.Generator], FloatArray]
 """``(labels (N,), bone lengths (N, J) native, generator) -> native joints (N, T, J, 3)``."""
 
 
 def generator_of(model: MotionModel, frames: int) -> Generate:
-    """Sampling of an exported model as the protocol wants it."""
+    """Return an exported model as a source for the protocol."""
 
     def generate(
         labels: IntArray, lengths: FloatArray, generator: np.random.Generator
@@ -37,21 +37,22 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
 def generator_of_families(
     model: MotionModel, fine: ActionDataset, coarse: ActionDataset, frames: int
 ) -> Generate:
-    """Sampling of a model of finer actions under coarser names: like a random clip of the family,
-    of its action, as long, and facing as it does.
+    """Return a model of fine actions as a source of coarse ones.
 
-    What a clip does, how long it moves and where in the laboratory it heads go together, and
-    classifiers that see headings know clips by that (docs/research/motion-flow.md): drawn apart,
-    real clips lose as much.
+    Each sample is like a random clip of the family: of its action, of its length, with its heading.
+
+    Action, length and heading of recordings are correlated, and classifiers that see headings use
+    that (docs/research/motion-flow.md). If they are drawn independently, real clips lose as much
+    accuracy.
 
     Parameters
     ----------
     model : MotionModel
-        Of the actions of `fine`.
+        A model of the actions of `fine`.
     fine : ActionDataset
     coarse : ActionDataset
-        Recordings of the same names under the labels that are asked for; a recording of which
-        `fine` has parts counts for each.
+        The same recordings with the coarse labels. A recording of which `fine` has several parts
+        counts once per part.
 
     Raises
     ------
@@ -89,13 +90,13 @@ def generator_of_families(
 
 
 def recorded(dataset: ActionDataset) -> Generate:
-    """Random windows of recorded clips of the wanted actions, as a model would give them (their own
-    bone lengths).
+    """Return random windows of recorded clips of the requested actions, with their own bone
+    lengths, as a source like a model.
 
     Raises
     ------
     InputError
-        When called for an action that the data has no clip of.
+        When it is called for an action without a clip in the data.
     """
     sampler = ClipSampler(dataset, dataset.length)
 

@@ -2,7 +2,7 @@
 A.5; journal paper, Table 3).
 
 `write_survey` makes one static page with the clips inside, and a key that says which clip is whose.
-What participants saved is read by `a2v.lab.evaluation.survey_answers`.
+`a2v.lab.evaluation.survey_answers` reads the files that participants save.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ MAX_CLIPS = 600
 MAX_SOURCES = 12
 
 KEY_FORMAT = "a2v-survey-key/1"
-"""Names the format of a survey's key."""
+"""Format name of a survey's key."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """A finished clip: an action's name, the bytes of an MP4, and who made it (for the key)."""
+    """A finished clip: an action's name, the bytes of an MP4, and its provenance (for the key)."""
 
     action: str
     mp4: bytes
@@ -50,7 +50,7 @@ Sources = Mapping[str, Mapping[str, Sequence[Motion | Film]]]
 
 @dataclass(frozen=True)
 class SurveySettings:
-    """What a participant is asked.
+    """The questions of a survey.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class SurveySettings:
     real_or_fake : int
         Questions about a single clip, half of them real (the papers have 72).
     size : int
-        Pixels a side of a clip.
+        Side of a clip, pixels.
     seed : int
         Of the order, the choice and the names of the clips.
     title : str
@@ -81,7 +81,7 @@ class SurveySettings:
 
 @dataclass(frozen=True)
 class Survey:
-    """The questions, and what is behind them.
+    """The questions, and the clips and sources of their anonymous names.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Survey:
         ``id``, ``kind`` ("preference" or "real"), ``action``, ``clips`` (anonymous names).
     clips : dict of name to Motion or Film
     sources : dict of name to str
-        Who made each clip.
+        Source of each clip.
     """
 
     title: str
@@ -107,12 +107,12 @@ class Survey:
 
 
 def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Survey:
-    """Choose the questions and name the clips without a hint to their sources.
+    """Choose the questions, and give the clips names that do not reveal their sources.
 
     Parameters
     ----------
     sources : Sources
-        Only actions that all sources have are asked about. Clips are used up in turn, and again
+        Questions are about actions that all sources have. Clips are used in turn, starting again
         from the first.
     settings : SurveySettings or None
 
@@ -179,7 +179,7 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
     ]
     names = sorted(
         clips
-    )  # by their random names, so that the order of the clips tells nothing either
+    )  # sorted by their random names, so that the order of the clips does not reveal the sources
     return Survey(
         settings.title,
         asked,
@@ -234,8 +234,8 @@ def write_survey(
 
 
 def _video(motion: Motion | Film, size: int) -> bytes:
-    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes
-    from."""
+    """Return the clip as an MP4, rendered as a stick figure if it is a motion. The file does not
+    reveal its source."""
     if isinstance(motion, Film):
         return motion.mp4
     from a2v.rendering.stickfigure import StickSettings, animate

@@ -16,7 +16,7 @@ MAX_ANSWER_BYTES = 1 << 20
 MAX_KEY_BYTES = 16 << 20
 
 ANSWERS_FORMAT = "a2v-survey-answers/1"
-"""Names the format of the files that the page saves."""
+"""Format name of the files that the page saves."""
 
 
 def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple[float, float]:
@@ -26,7 +26,7 @@ def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple
     Raises
     ------
     InputError
-        Not 0 <= successes <= total, or nothing was counted.
+        Not 0 <= successes <= total, or `total` is 0.
     """
     if not 0 <= successes <= total or total < 1:
         raise InputError(
@@ -51,7 +51,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """The share; NaN of nothing."""
+        """The share; NaN if there are no answers."""
         return self.count / self.total if self.total else math.nan
 
     def __str__(self) -> str:
@@ -119,7 +119,7 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        It is no such file.
+        The file is not such a key.
     """
     key = _read_json(path, MAX_KEY_BYTES, "the key of a survey (NAME.key.json)")
     try:
@@ -153,9 +153,9 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
     Raises
     ------
     InputError
-        Too large, no such file, of another survey, an unknown question, an answer twice, or a
-        ranking that does not hold every clip of its question once; the message names the file and
-        the question.
+        The file is too large, missing, not of that format or of another survey; a question is
+        unknown or answered twice; or a ranking does not contain each clip of its question once. The
+        message names the file and the question.
     """
     content = _read_json(path, MAX_ANSWER_BYTES, "a participant's answers")
     if content.get("format") != ANSWERS_FORMAT:
@@ -263,7 +263,7 @@ def analyze(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
 
 
 def _sum(shares: Sequence[Share]) -> Share:
-    """All answers together."""
+    """Return the share of all answers together."""
     return Share(sum(share.count for share in shares), sum(share.total for share in shares))
 
 

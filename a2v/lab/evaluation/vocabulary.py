@@ -1,5 +1,5 @@
-"""Every action of a large vocabulary by itself: is it recognized, and how closely does it repeat
-the clips it was learned from?"""
+"""Each action of a large vocabulary: whether it is recognized, and how closely it repeats its
+training clips."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ FRAME_STEP = 4
 """Frames between the poses of a window that are compared."""
 
 ENOUGH_CLIPS = 5
-"""Recorded clips from which an action's accuracy says more of the model than of the data."""
+"""Minimum number of recorded clips for which an action's accuracy measures the model rather than
+the data."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,12 @@ def score_actions(
     generate : Generate
         See `a2v.lab.evaluation.protocol.generator_of`.
     clips : int
-        Windows an action, generated and recorded.
+        Windows per action, generated and recorded.
 
     Raises
     ------
     InputError
-        `clips` is not positive, or the classifier is of other actions.
+        `clips` is not positive, or the classifier was trained for other actions.
     """
     if clips < 1:
         raise InputError(f"{clips} clips an action; expected at least 1")
@@ -118,7 +119,8 @@ def score_actions(
 def repetition(
     generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton
 ) -> tuple[float, float | None]:
-    """How near generated windows are to recorded ones, and recorded ones to those of other clips.
+    """Measure how near generated windows are to recorded ones, and recorded ones to those of other
+    clips.
 
     Windows are compared with their first roots at the origin, facing +z.
 

@@ -25,12 +25,12 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
     Parameters
     ----------
     inside : str
-        The entry that holds them; "" where the file is nothing but tensors.
+        The entry that holds them; "" if the file holds only tensors.
 
     Raises
     ------
     InputError
-        The file is missing, holds code or is damaged, or has no such entry.
+        The file is missing, holds code, is damaged, or lacks the entry.
     """
     try:
         with torch.serialization.safe_globals(
@@ -39,7 +39,7 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
             content: Any = load_tensors(path)
     except InputError:
         raise
-    except Exception:  # torch raises many kinds for what it cannot or will not read
+    except Exception:  # torch raises many kinds for a file that it cannot or refuses to read
         raise InputError(
             f"{path} cannot be read as a checkpoint: it is damaged, or holds more than tensors and plain values"
         ) from None
@@ -60,18 +60,18 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
 
 
 def part(state: State, prefix: str) -> dict[str, Tensor]:
-    """The tensors whose names begin with `prefix`, without it."""
+    """Return the tensors whose names begin with `prefix`, by their names without it."""
     return {name[len(prefix) :]: value for name, value in state.items() if name.startswith(prefix)}
 
 
 def numbers(state: State, pattern: str) -> list[int]:
-    """The distinct numbers that the one group of `pattern` finds at the beginning of names, in
+    """Return the distinct numbers that the group of `pattern` matches at the beginning of names, in
     order."""
     return sorted({int(found[1]) for name in state if (found := re.match(pattern, name))})
 
 
 def channels(state: State, name: str, axis: int) -> int:
-    """The size of a tensor along an axis.
+    """Return the size of a tensor along an axis.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def channels(state: State, name: str, axis: int) -> int:
 
 
 def fill(module: nn.Module, state: State, what: str) -> None:
-    """Give a network every one of its tensors, and demand that none is left.
+    """Set all tensors of a network, and check that none is left over.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from a2v.lab.papers.checkpoints import fill, part, read_state
 from a2v.lab.papers.networks import HourglassFilter, PointNetwork, ResidualNetwork, at_points
 
 DEPTH_FACTOR = 256 / 200
-"""What depths in [-1, 1] are multiplied with before the networks see them."""
+"""Factor on depths in [-1, 1] for the networks' input."""
 
 
 class PIFuGeometry(nn.Module):
@@ -59,8 +59,8 @@ class PIFuColor(nn.Module):
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture, and sRGB colors of points by these and, before them, those of the
-        geometry."""
+        """Features of a picture, and sRGB colors of points from those of the geometry followed by
+        these."""
         with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
         yield Part(
@@ -125,7 +125,7 @@ class PIFuHD(nn.Module):
 
 
 class Part(NamedTuple):
-    """A network that becomes a file of its own.
+    """A network that is stored as a separate file.
 
     Attributes
     ----------
@@ -189,8 +189,8 @@ class _Fine(_Coarse):
 
 
 class _FineOccupancy(nn.Module):
-    """Chance (N,) that points lie in the person, by the fine level and what a layer of the coarse
-    one gives."""
+    """Chance (N,) that points lie in the person, by the fine level and the output of a layer of the
+    coarse one."""
 
     def __init__(self, first: PointNetwork, second: PointNetwork, merged: int) -> None:
         super().__init__()

@@ -29,9 +29,9 @@ from a2v.types import (
 
 OfPoints = Callable[[FloatArray], FloatArray]
 MARGIN = 0.06
-"""Meters around the body's and the mask's box in which the surface is looked for."""
+"""Margin in meters around the box of body and mask in which the surface is searched."""
 STEEPNESS = 0.06
-"""Meters that an occupancy of one half less stands for; see `_distance`."""
+"""Distance in meters for an occupancy that is one half lower; see `_distance`."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class PapersSettings:
     """The checkpoints, and how the field becomes a surface.
 
     With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which
-    needs `pifu_geometry`, colors that the photo did not see are PIFu's; without, the front is
-    mirrored. PaMIR goes alone.
+    needs `pifu_geometry`, unseen colors are PIFu's; without it, the front is mirrored. PaMIR cannot
+    be combined with the others.
 
     Attributes
     ----------
@@ -85,7 +85,8 @@ class PapersSettings:
         Raises
         ------
         InputError
-            None is given, one does not exist, the colors' one stands alone, or PaMIR does not.
+            No file is given, one does not exist, the colors' file is given alone, or PaMIR's is
+            not.
         """
         from pathlib import Path
 
@@ -148,7 +149,7 @@ def papers_surface(
     settings: PapersSettings,
     progress: Progress | None = None,
 ) -> tuple[Surface, FloatArray | None]:
-    """Reconstruct the person by PIFuHD or PIFu; the fitted body only says where the person is.
+    """Reconstruct the person by PIFuHD or PIFu. The fitted body only gives the person's place.
 
     Parameters
     ----------
@@ -162,13 +163,13 @@ def papers_surface(
     surface : Surface
         One watertight piece.
     colors : (V, 3) float32 or None
-        What PIFu expects of the colors (c^p of Eq. 14), where it was given.
+        PIFu's colors (c^p of Eq. 14), if its checkpoint is given.
 
     Raises
     ------
     InputError
-        A checkpoint is missing or of another network, the mask is empty, or the networks see
-        nobody.
+        A checkpoint is missing or of another network, the mask is empty, or the networks find no
+        surface.
     """
     digest = settings.files_digest()
     if settings.digest not in ("", digest):
@@ -202,8 +203,8 @@ def papers_surface(
 def _networks(
     subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings
 ) -> tuple[str, OfPoints, OfPoints | None]:
-    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and
-    colors (N, 3) of points where there are any."""
+    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and colors
+    (N, 3) of points, if available."""
     if settings.pamir_geometry:
         seen = PamirPerson(
             subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
@@ -215,8 +216,8 @@ def _networks(
 
 
 class _Placement:
-    """Where the networks' cube [-1, 1] lies: the square around the person, as deep as it is wide,
-    around the body's mean depth."""
+    """Return the place of the networks' cube [-1, 1]: the square around the person, as deep as it
+    is wide, around the body's mean depth."""
 
     def __init__(
         self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int
@@ -224,7 +225,7 @@ class _Placement:
         self._subject, self._camera, self._depth, self.pixels = subject, camera, depth, pixels
 
     def image(self, pixels: int) -> FloatArray:
-        """The masked picture (1, 3, pixels, pixels) in [-1, 1], 0 where the person is not."""
+        """The masked picture (1, 3, pixels, pixels) in [-1, 1], 0 outside of the person."""
         frame = self._frame(pixels)
         values = (frame.image.astype(np.float32) / 127.5 - 1) * frame.mask[..., None]
         return np.ascontiguousarray(values.transpose(2, 0, 1)[None], np.float32)
@@ -279,6 +280,6 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
 
 
 def _distance(occupancy: FloatArray) -> FloatArray:
-    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far away
-    that no cell is refined for them."""
+    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far from
+    zero that no cell is refined for them."""
     return STEEPNESS * (0.5 - occupancy)

@@ -53,7 +53,8 @@ memory."""
 def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
     if wanted > _REPEATED * size + (1 << 20):
         raise InputError(
-            f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is damaged, or something else"
+            f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is "
+            "damaged, or something else"
         )
 
 
@@ -80,6 +81,7 @@ def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict
         ) from None
     if missing:
         raise InputError(
-            f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder"
+            f"{path} is no checkpoint of this training (it lacks "
+            f"{', '.join(sorted(missing))}); give another folder"
         )
     return dict(content)

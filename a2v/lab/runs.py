@@ -204,7 +204,9 @@ class Run:
             value = self.made_with.get(name, "its default")
             if name not in old or old[name] != value:
                 raise InputError(
-                    f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings"
+                    f"{self.path} was made with "
+                    f"{name}={old.get(name, 'its default')}, not {value}; give "
+                    "another folder or the same settings"
                 )
         self._began = time.monotonic() - content["seconds"]
         return content

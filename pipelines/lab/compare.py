@@ -40,17 +40,21 @@ if TYPE_CHECKING:
 FLAT = ("warp", "liquid", "mirror")
 METHODS = (*NAMES, *FLAT)
 
-HELP = "Make the same video by several methods, side by side on one page: the papers' qualitative figures for any photo and motion."
+HELP = (
+    "Make the same video by several methods, side by side on one page: the papers' "
+    "qualitative figures for any photo and motion."
+)
 EXAMPLES = """examples:
   a2v compare --photo me.jpg --action Walk --methods pifu,body-prior,warp,mirror --out sheet.html
   a2v compare --photo me.jpg --motion dance.bvh --methods papers,pifu --pifuhd pifuhd.pt --pifu-geometry net_G --pifu-color net_C --out sheet.html
   a2v compare --photo me.jpg --action Jump --methods pifu,warp --size 256 --survey survey.html --out sheet.html
   a2v compare --photo me.jpg --action Walk --methods pifu,liquid --liquid-generator net_epoch_30_id_G.pth --liquid-uv mapper.txt --fit.model SMPL.npz --out sheet.html
 
-Methods are the backends of a2v reconstruct, and three that show what these bring: warp moves the photo's pixels with the posed body, in two
-dimensions; liquid is Liquid Warping GAN with your own files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the
-backend's surface the photo's colors in front and, mirrored, behind.
---survey writes a page that asks people to rank the videos; a2v survey --analyze reads the answers."""
+Methods are the backends of a2v reconstruct, and three that show what these bring: warp moves the
+photo's pixels with the posed body, in two dimensions; liquid is Liquid Warping GAN with your own
+files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the backend's
+surface the photo's colors in front and, mirrored, behind. --survey writes a page that asks people
+to rank the videos; a2v survey --analyze reads the answers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +96,8 @@ def run(options: Options) -> Answer:
         check_writable(Path(path).parent)
     if "liquid" in methods and not (options.liquid_generator and options.liquid_uv):
         raise InputError(
-            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own"
+            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and "
+            "--fit.model with SMPL's file, all your own"
         )
     films, fps, action = {}, 0.0, ""
     for number, method in enumerate(methods, 1):

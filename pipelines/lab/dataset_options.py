@@ -10,7 +10,10 @@ from a2v.lab.datasets.bvh_folder import BVHFolderSettings
 from pipelines.bar import bar
 from pipelines.options import option, settings
 
-NAMES = f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder of BVH files an action)"
+NAMES = (
+    f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder "
+    "of BVH files an action)"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +23,8 @@ class DataOptions:
     dataset: str = option(NAMES, choices=DATASETS, metavar="NAME")
     data: str = option("folder or archive that holds it")
     full: str | None = option(
-        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data then holds the index (cmu_mocap.zip)",
+        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data "
+        "then holds the index (cmu_mocap.zip)",
         default=None,
         metavar="FOLDER",
         rare=True,

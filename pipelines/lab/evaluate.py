@@ -40,7 +40,10 @@ from pipelines.lab.tables import table_path, table_result, write_numbers, write_
 from pipelines.lab.train_classifier import run_classifier
 from pipelines.options import group, option, settings
 
-HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversity and multimodality beside real motions."
+HELP = (
+    "Measure motion models under the papers' protocol: FID, accuracy, diversity and "
+    "multimodality beside real motions."
+)
 EXAMPLES = """examples:
   a2v evaluate --dataset humanact12 --data ../shared/data --model humanact12 --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
@@ -52,13 +55,16 @@ EXAMPLES = """examples:
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
 
-Every table comes twice: actions as frequent as in the data, and drawn alike, as the papers' figures were made (--alike false: only the first). Rows of
-the one don't compare with rows of the other. Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
-deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
-Rows that --out already has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model is added at its own cost.
---evaluator is the trained action classifier; by default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is
-trained first (with the settings --classifier) if it is not there.
---held-out adds a table against the clips of these people alone (auto: those that `a2v train --held-out auto` leaves out)."""
+Every table comes twice: actions as frequent as in the data, and drawn alike, as the papers'
+figures were made (--alike false: only the first). Rows of the one don't compare with rows of the
+other. Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds
+and data hashes as JSON. --state zeros is the deterministic protocol: the classifier then adds no
+noise of its own, and the seed decides everything. Rows that --out already has of the same models,
+data, classifier and protocol are kept: a killed run goes on, and a model is added at its own
+cost. --evaluator is the trained action classifier; by default the authors' own in
+DATA/evaluators, else OUT's folder/classifier.pt, which is trained first (with the settings
+--classifier) if it is not there. --held-out adds a table against the clips of these people alone
+(auto: those that `a2v train --held-out auto` leaves out)."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
@@ -81,11 +87,13 @@ class Options(DataOptions):
         "actions to measure each by itself too, with commas (500 clips)", default=""
     )
     each_action: int = option(
-        "clips of every action for a table of how each is recognized and how much it repeats its clips",
+        "clips of every action for a table of how each is recognized and how much it "
+        "repeats its clips",
         default=0,
     )
     stand: int = option(
-        "clips of every action, as a2v motion makes them, for a table of how feet stand, how lively clips are and how seeds differ",
+        "clips of every action, as a2v motion makes them, for a table of how feet "
+        "stand, how lively clips are and how seeds differ",
         default=0,
     )
     held_out: str = option(
@@ -93,7 +101,8 @@ class Options(DataOptions):
     )
     out: str = option("the .md to write; the .json lies beside it")
     alike: bool = option(
-        "a second table with actions drawn alike, as the papers' figures were made; its numbers go to .alike.json",
+        "a second table with actions drawn alike, as the papers' figures were made; "
+        "its numbers go to .alike.json",
         default=True,
     )
     protocol: EvaluationSettings = group(EvaluationSettings)
@@ -147,7 +156,10 @@ def run(options: Options) -> Answer:
     ]
     if physics := physics_table(scores):
         text += [
-            f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} clips (real motions are not at zero either):",
+            (
+                f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} "
+                "clips (real motions are not at zero either):"
+            ),
             physics,
         ]
     content = table.content(scores)
@@ -191,7 +203,10 @@ def _single_actions(options: Options, table: Table, content: Mapping[str, object
     actions = [name.strip() for name in options.actions.split(",")]
     tables = table.measure_actions(actions, alone, content)
     text = [
-        f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
+        (
+            f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is "
+            "this for CMU's Walk and Jump):"
+        ),
         action_table(tables),
     ]
     if published := published_action_table(table.dataset.name, tables):
@@ -296,8 +311,10 @@ def _alike(table: Table) -> list[str]:
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)
     return [
-        f"Actions drawn alike, as the published evaluation draws them while it takes real clips as they are: '{REAL_ALIKE}' is what "
-        "recordings score here, no lower limit. Compare no row of this table with one of the table above.",
+        "Actions drawn alike, as the published evaluation draws them while it takes "
+        f"real clips as they are: '{REAL_ALIKE}' is what "
+        "recordings score here, no lower limit. Compare no row of this table with "
+        "one of the table above.",
         markdown_table(scores),
         *(["As published, in this protocol:", published] if published else []),
     ]
@@ -314,8 +331,11 @@ def _describe_split(
     blind = [name for name, model in models.items() if model.trained_on == training.digest]
     seen = [name for name in models if name not in blind]
     lines = [
-        f"Against the {len(unseen)} clips of {', '.join(people)} alone ({len(training)} clips are of others). Actions and bone lengths of generated "
-        "clips are the held-out people's; 'Training clips' are recordings of the others with the same actions: what a perfect model could know."
+        f"Against the {len(unseen)} clips of {', '.join(people)} alone "
+        f"({len(training)} clips are of others). Actions and bone lengths of "
+        "generated "
+        "clips are the held-out people's; 'Training clips' are recordings of the "
+        "others with the same actions: what a perfect model could know."
     ]
     if blind:
         lines.append(f"Trained without these people: {', '.join(blind)}.")

@@ -30,15 +30,19 @@ from pipelines.inputs import check_writable
 from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import flag, option, settings
 
-HELP = "Measure people who are followed through videos: studio films of people whom nothing has seen, in motions that nothing was trained on."
+HELP = (
+    "Measure people who are followed through videos: studio films of people whom nothing "
+    "has seen, in motions that nothing was trained on."
+)
 EXAMPLES = """examples:
   a2v evaluate clips --data ../shared/data --out clips.md
   a2v evaluate clips --data ../shared/data --films 6 --out clips.md               the first six films of the panel
   a2v evaluate clips --data ../shared/data --only 00-strike,03-jump --out clips.md
 
-Films of 640 x 480 pixels at 30 a second are rendered from recorded motions, with a camera that stands, turns or is held in a hand, and kept in a
-folder named like OUT. OUT gets tables by kind of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films above what
-was found."""
+Films of 640 x 480 pixels at 30 a second are rendered from recorded motions, with a camera that
+stands, turns or is held in a hand, and kept in a folder named like OUT. OUT gets tables by kind
+of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films above
+what was found."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +88,12 @@ def run(options: Options) -> Answer:
             progress(done, len(shots))
     text = [
         "# People followed through videos",
-        f"{len(shots)} films of `a2v evaluate clips` ({', '.join(shot.name for shot in shots)}); see docs/footage.md. Joints from the middle of the hips (shoulders, elbows, "
-        "wrists, knees, ankles), in the heading of the first frame, beside mediapipe's own world landmarks with its tracking and smoothing, turned by the true camera. "
+        f"{len(shots)} films of `a2v evaluate clips` "
+        f"({', '.join(shot.name for shot in shots)}); see docs/footage.md. Joints "
+        "from the middle of the hips (shoulders, elbows, "
+        "wrists, knees, ankles), in the heading of the first frame, beside "
+        "mediapipe's own world landmarks with its tracking and smoothing, turned by "
+        "the true camera. "
         "Slide: of feet while the truth's stand.",
         *film_tables(scores),
     ]

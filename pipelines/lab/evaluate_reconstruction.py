@@ -38,7 +38,10 @@ from pipelines.bar import bar
 from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 
-HELP = "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colors, time, memory."
+HELP = (
+    "Measure the reconstruction on synthetic photos of people whom no network has "
+    "learned from: shape, silhouette, colors, time, memory."
+)
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
@@ -46,14 +49,18 @@ EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel phone --methods character,character+180,character+90 --out two.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
-A method is a backend, or BACKEND:COLORING for an ablation: mirrored (all that was not seen has the photo's color at its pixel) or network
-(the backend's own colors alone), or character, the canonical one, and character+180 that of two photos, in the second of which the person has
-turned by 180 degrees and stands anew. The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
-try changes on), report (other people in action, for final figures) and final (40 new photos of people whom no training sees, half in action:
-to be measured once) and phone (14 by near cameras, as telephones are held). --studio is a folder that a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
-Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a row for the truth and one for each method
-(photo or mask; front, left, back, right; front, left, back as clay). Finished photos are kept in a folder named like OUT: a run that was
-stopped goes on, and another method takes its own time only."""
+A method is a backend, or BACKEND:COLORING for an ablation: mirrored (all that was not seen has
+the photo's color at its pixel) or network (the backend's own colors alone), or character, the
+canonical one, and character+180 that of two photos, in the second of which the person has turned
+by 180 degrees and stands anew. The photos of a --panel are pinned: studio (20 of the studio's own
+kind), development (people in action, to try changes on), report (other people in action, for
+final figures) and final (40 new photos of people whom no training sees, half in action: to be
+measured once) and phone (14 by near cameras, as telephones are held). --studio is a folder that
+a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
+Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a
+row for the truth and one for each method (photo or mask; front, left, back, right; front, left,
+back as clay). Finished photos are kept in a folder named like OUT: a run that was stopped goes
+on, and another method takes its own time only."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,8 +107,10 @@ def run(options: Options) -> Answer:
     text = [
         "# Reconstruction",
         f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
-        f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a side. Mean ± 95 % interval; see docs/reconstruction.md. "
-        "Seconds are wall time, all of it with perception and fit; memory is that of a fresh process, photo to colored surface.",
+        f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a "
+        "side. Mean ± 95 % interval; see docs/reconstruction.md. "
+        "Seconds are wall time, all of it with perception and fit; memory is that of "
+        "a fresh process, photo to colored surface.",
         method_table(outcomes, memory),
         "## The fit",
         fit_table(outcomes),

@@ -19,7 +19,10 @@ from a2v.lab.evaluation.sources import Generate, generator_of, generator_of_fami
 from a2v.motion import MotionModel
 from pipelines.requests.motion import MODEL
 
-MODELS = f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first pose, then zeros)"
+MODELS = (
+    f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first "
+    "pose, then zeros)"
+)
 """What the option that names them says."""
 
 FINER = {"cmu": "cmu-fine"}
@@ -55,7 +58,8 @@ def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict
             shown = f"{kind} ({path.parent.name}/{path.name})"
         if shown in models:
             raise InputError(
-                f"model '{name}' is given twice, or two models lie in folders of the same name; rename one"
+                f"model '{name}' is given twice, or two models lie in folders of the "
+                "same name; rename one"
             )
         models[shown] = model
     return models
@@ -77,7 +81,8 @@ def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[s
         model.actions != dataset.actions and not finer
     ) or model.card.joint_names != dataset.skeleton.joint_names:
         raise InputError(
-            f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}"
+            f"model '{name}' knows other actions or joints than {dataset.name}; "
+            f"evaluate it on {model.card.dataset}"
         )
     generate = generator_of(model, dataset.length)
     if finer:

@@ -26,7 +26,10 @@ from pipelines.requests.motion import MODEL
 
 MAX_ROWS = 40
 """Rows of clips that one picture has."""
-HELP = "Make the papers' user studies (preference ranking, real or fake) as one web page, or turn its answers into percentages."
+HELP = (
+    "Make the papers' user studies (preference ranking, real or fake) as one web page, "
+    "or turn its answers into percentages."
+)
 EXAMPLES = """examples:
   a2v survey --model humanact12 --dataset humanact12 --data ../shared/data --out survey.html
   a2v survey --model cmu --model mine.onnx --real-or-fake 0 --out survey.html          two models, no data
@@ -34,8 +37,9 @@ EXAMPLES = """examples:
   a2v survey --model humanact12-lie --model runs/condgru/baseline.pt --dataset humanact12 --data ../shared/data --action run --out rows.png
   a2v survey --analyze answers*.json --key survey.key.json --out result.md
 
-Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key from participants. Each
-participant saves a file of answers at the end; --analyze counts them and writes the table, with the numbers as JSON beside it."""
+Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key
+from participants. Each participant saves a file of answers at the end; --analyze counts them and
+writes the table, with the numbers as JSON beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +89,8 @@ def run(options: Options) -> Answer:
         }
         if len(rows) > MAX_ROWS:
             raise InputError(
-                f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name fewer with --action"
+                f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name "
+                "fewer with --action"
             )
         save_figure(options.out, plot_rows(list(rows.values()), titles=list(rows)))
         return Answer(files=[Path(options.out)])
@@ -108,7 +113,9 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         )
     if len(models) < len(options.model):
         raise InputError(
-            f"two models have the name {', '.join(sorted({Path(name).stem for name in options.model}))}; rename one file"
+            "two models have the name "
+            f"{', '.join(sorted({Path(name).stem for name in options.model}))}; "
+            "rename one file"
         )
     sources: dict[str, dict[str, list[Motion]]] = {}
     actions = [name.strip() for name in options.action.split(",")] if options.action else None
@@ -137,7 +144,8 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         if name.lower() == REAL or not name or (name in models and name in others)
     ):
         raise InputError(
-            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the recorded clips and every name stands once; "
+            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the "
+            "recorded clips and every name stands once; "
             "rename the model's file or the NAME of --motions"
         )
     if actions is None:

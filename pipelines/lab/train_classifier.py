@@ -18,8 +18,8 @@ HELP = "Train the papers' action classifier; prints its accuracy on people whom 
 EXAMPLES = f"""examples:
   a2v train classifier --dataset bvh --data my_actions --out runs/classifier            what a2v evaluate measures them with
 
-OUT gets classifier.pt (every few minutes) and log.csv. --held-out names subjects that are not learned from; without it about a fifth of the clips (auto).
-{RESUMES}"""
+OUT gets classifier.pt (every few minutes) and log.csv. --held-out names subjects that are not
+learned from; without it about a fifth of the clips (auto). {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)

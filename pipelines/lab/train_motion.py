@@ -19,9 +19,9 @@ EXAMPLES = f"""examples:
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/lie --vae.decoder lie --iterations 20000 --threads 1
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/mine --evaluator classifier.tar     with a running FID
 
-OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v video and export/sample.py.
---held-out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn from all.
-{RESUMES}"""
+OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v
+video and export/sample.py. --held-out names subjects that are not learned from (auto: about a
+fifth of the clips); without it models learn from all. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)

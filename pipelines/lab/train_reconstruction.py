@@ -19,8 +19,8 @@ HELP = "Train the networks that reconstruct a person from a photo: shape, then d
 EXAMPLES = f"""examples:
   a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colors
 
-OUT gets a folder a stage and, when it has all of them, the files for a2v video --implicit.weights OUT.
-{RESUMES}"""
+OUT gets a folder a stage and, when it has all of them, the files for a2v video --implicit.weights
+OUT. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,10 @@ from pipelines.options import option
 Show = Callable[[Mapping[str, float], Mapping[str, float]], None]
 """Called with a row of the log and the numbers of it that are shown."""
 
-RESUMES = "The same command resumes a run that was stopped. CUDA is used where there is one (--device cpu to stay on the CPU)."
+RESUMES = (
+    "The same command resumes a run that was stopped. CUDA is used where there is one "
+    "(--device cpu to stay on the CPU)."
+)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -65,7 +65,8 @@ def open_baseline(path: str, dataset: ActionDataset) -> TrainedBaseline:
         dataset.length,
     ):
         raise InputError(
-            f"baseline '{path}' knows other actions, joints or lengths than {dataset.name}; evaluate it on {trained.dataset}"
+            f"baseline '{path}' knows other actions, joints or lengths than "
+            f"{dataset.name}; evaluate it on {trained.dataset}"
         )
     return trained
 

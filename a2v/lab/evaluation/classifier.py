@@ -137,11 +137,13 @@ class Evaluator:
         """
         if self.n_actions != len(dataset.actions):
             raise InputError(
-                f"{self.source} knows {self.n_actions} actions; {dataset.name} has {len(dataset.actions)}"
+                f"{self.source} knows {self.n_actions} actions; {dataset.name} has "
+                f"{len(dataset.actions)}"
             )
         if self.info and list(self.info["actions"]) != list(dataset.actions):
             raise InputError(
-                f"{self.source} knows other actions ({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
+                f"{self.source} knows other actions "
+                f"({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
             )
 
     @torch.no_grad()
@@ -170,7 +172,8 @@ class Evaluator:
         network, facing = self.network, self.facing
         if motions.shape[-2] * 3 != network.recurrent.input_size:
             raise InputError(
-                f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}"
+                f"{self.source} expects {network.recurrent.input_size // 3} joints; "
+                f"the motions have {motions.shape[-2]}"
             )
         turned = facing.turn if facing else np.asarray
         features, labels = [], []
@@ -182,7 +185,8 @@ class Evaluator:
             if state == "random":
                 if generator is None:
                     raise InputError(
-                        "the papers' protocol starts the classifier from random states: give a generator"
+                        "the papers' protocol starts the classifier from random "
+                        "states: give a generator"
                     )
                 shape = (network.recurrent.num_layers, len(batch), network.recurrent.hidden_size)
                 first = torch.from_numpy(generator.standard_normal(shape, dtype=np.float32))

@@ -126,7 +126,8 @@ def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
                 text = archive.read(f"cmu_bvh/{shot.recording[:2]}/{shot.recording}.bvh")
         except (OSError, KeyError, zipfile.BadZipFile):
             raise InputError(
-                f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to the folder of data"
+                f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to "
+                "the folder of data"
             ) from None
         motion = read_bvh(text, fps=SHOWN_FPS)
     part = slice(round(shot.first * SHOWN_FPS), round((shot.first + shot.seconds) * SHOWN_FPS))

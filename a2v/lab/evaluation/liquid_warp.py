@@ -57,7 +57,8 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
     chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]
     if min(chosen) < 0:
         raise InputError(
-            f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file"
+            f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and "
+            "--fit.model with SMPL's file"
         )
     middles = mesh.uv[chosen][:, :2].mean(axis=1)
     return np.asarray(

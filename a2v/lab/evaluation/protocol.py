@@ -60,7 +60,8 @@ class EvaluationSettings:
     def __post_init__(self) -> None:
         if self.clips < 40 or self.repeats < 1:
             raise InputError(
-                f"clips={self.clips}, repeats={self.repeats}; expected at least 40 clips (30 features) and 1 repeat"
+                f"clips={self.clips}, repeats={self.repeats}; expected at least 40 "
+                "clips (30 features) and 1 repeat"
             )
         if self.physics_clips < 0:
             raise InputError(f"physics_clips is {self.physics_clips}; expected 0 or more")
@@ -68,7 +69,11 @@ class EvaluationSettings:
     @property
     def name(self) -> str:
         """One line that describes the protocol, for tables."""
-        return f"{self.clips} real and generated clips, {self.repeats} repeat{'s' if self.repeats > 1 else ''}, {self.labels} labels, {self.state} classifier state, seed {self.seed}"
+        return (
+            f"{self.clips} real and generated clips, {self.repeats} "
+            f"repeat{'s' if self.repeats > 1 else ''}, {self.labels} labels, "
+            f"{self.state} classifier state, seed {self.seed}"
+        )
 
 
 def evaluate(

@@ -94,7 +94,9 @@ def published_action_table(dataset: str, actions: Iterable[str]) -> str:
     for row in known[chosen[0]]:
         values = [value for action in chosen for value in known[action][row]]
         lines.append(
-            f"| {row} | {' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} |"
+            f"| {row} | "
+            f"{' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} "
+            "|"
         )
     return "\n".join(lines)
 

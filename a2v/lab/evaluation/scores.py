@@ -54,7 +54,8 @@ def action_table(tables: Mapping[str, Sequence[Scores]]) -> str:
     lines = [f"| Methods | {' | '.join(head)} |", "|---" * (len(head) + 1) + "|"]
     for rows in zip(*tables.values(), strict=True):
         lines.append(
-            f"| {rows[0].name} | {' | '.join(_cell(row, metric) for row in rows for metric in shown)} |"
+            f"| {rows[0].name} | "
+            f"{' | '.join(_cell(row, metric) for row in rows for metric in shown)} |"
         )
     return "\n".join(lines)
 
@@ -66,15 +67,22 @@ def physics_table(scores: Sequence[Scores]) -> str:
     if not known:
         return ""
     columns = {
-        "Foot skating": ("skating", 1), "Penetration mm": ("penetration", 1), "Float mm": ("floating", 1), "Slide mm/frame": ("slide", 1),
-        "Jitter m/s³": ("jitter", 1), "Bone variation %": ("bone_variation", 100),
-        "Slide in contact cm/s": ("contact_slide", 100), "Contacts over 30 cm/s %": ("contact_fast", 100),
-    }  # fmt: skip
+        "Foot skating": ("skating", 1),
+        "Penetration mm": ("penetration", 1),
+        "Float mm": ("floating", 1),
+        "Slide mm/frame": ("slide", 1),
+        "Jitter m/s³": ("jitter", 1),
+        "Bone variation %": ("bone_variation", 100),
+        "Slide in contact cm/s": ("contact_slide", 100),
+        "Contacts over 30 cm/s %": ("contact_fast", 100),
+    }
     lines = [f"| Methods | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
     for row in known:
         values = row.physics.as_dict() if row.physics is not None else {}
         lines.append(
-            f"| {row.name} | {' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} |"
+            f"| {row.name} | "
+            f"{' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} "
+            "|"
         )
     return "\n".join(lines)
 

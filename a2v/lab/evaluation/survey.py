@@ -75,7 +75,8 @@ class SurveySettings:
     def __post_init__(self) -> None:
         if min(self.preference, self.real_or_fake) < 0 or self.preference + self.real_or_fake < 1:
             raise InputError(
-                f"preference={self.preference}, real_or_fake={self.real_or_fake}; expected at least one question"
+                f"preference={self.preference}, real_or_fake={self.real_or_fake}; "
+                "expected at least one question"
             )
 
 
@@ -127,7 +128,8 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
     if settings.preference and len(sources) < 2:
         raise InputError(
-            "preferences need at least two sources of motion; give another model or the real data, or ask for none"
+            "preferences need at least two sources of motion; give another model or "
+            "the real data, or ask for none"
         )
     if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
         raise InputError(
@@ -142,7 +144,8 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         raise InputError(f"the sources {', '.join(sources)} have no action in common")
     if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
         raise InputError(
-            f"{settings.preference} rankings of {len(sources)} and {settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
+            f"{settings.preference} rankings of {len(sources)} and "
+            f"{settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
         )
     generator = np.random.default_rng(settings.seed)
     clips: dict[str, Motion | Film] = {}
@@ -223,9 +226,20 @@ def write_survey(
     )
     key_path = target.with_suffix(".key.json")
     key = {
-        "format": KEY_FORMAT, "survey": survey.id, "title": survey.title, "seed": settings.seed, "questions": survey.questions,
-        "clips": {name: {"source": survey.sources[name], "action": clip.action, "provenance": dict(clip.provenance)} for name, clip in survey.clips.items()},
-    }  # fmt: skip
+        "format": KEY_FORMAT,
+        "survey": survey.id,
+        "title": survey.title,
+        "seed": settings.seed,
+        "questions": survey.questions,
+        "clips": {
+            name: {
+                "source": survey.sources[name],
+                "action": clip.action,
+                "provenance": dict(clip.provenance),
+            }
+            for name, clip in survey.clips.items()
+        },
+    }
     with atomic_path(key_path) as temporary:
         temporary.write_text(json.dumps(key, indent=1), encoding="utf-8")
     with atomic_path(target) as temporary:

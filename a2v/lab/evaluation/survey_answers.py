@@ -142,7 +142,8 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
         good = False
     if not good:
         raise InputError(
-            f"{path} is no key of a survey; expected the NAME.key.json that a2v survey wrote beside the page"
+            f"{path} is no key of a survey; expected the NAME.key.json that a2v "
+            "survey wrote beside the page"
         )
     return key
 
@@ -164,7 +165,8 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
         )
     if content.get("survey") != key["survey"]:
         raise InputError(
-            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key is of {key['survey']}"
+            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key "
+            f"is of {key['survey']}"
         )
     participant, answers = content.get("participant"), content.get("answers")
     if (
@@ -193,7 +195,8 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
             or sorted(ranking) != sorted(questions[name]["clips"])
         ):
             raise InputError(
-                f"{path}: the ranking of question {name} must hold each of its {len(questions[name]['clips'])} clips once"
+                f"{path}: the ranking of question {name} must hold each of its "
+                f"{len(questions[name]['clips'])} clips once"
             )
     return content
 

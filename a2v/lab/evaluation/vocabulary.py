@@ -183,7 +183,8 @@ def vocabulary_table(scores: Sequence[ActionScore]) -> str:
     for row in scores:
         takes = "" if row.takes is None else f"{100 * row.takes:.1f}"
         lines.append(
-            f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | {row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |"
+            f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | "
+            f"{row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |"
         )
     many = [row for row in scores if row.clips >= ENOUGH_CLIPS]
     good = sum(row.accuracy >= 0.5 for row in many)
@@ -191,7 +192,9 @@ def vocabulary_table(scores: Sequence[ActionScore]) -> str:
         np.mean([getattr(row, name) for row in scores]) for name in ("real_accuracy", "accuracy")
     )
     lines.append(
-        f"\nAll actions alike: {made:.3f} of generated windows are recognized, {real:.3f} of recorded ones. "
-        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are recognized at least half of the time."
+        f"\nAll actions alike: {made:.3f} of generated windows are recognized, "
+        f"{real:.3f} of recorded ones. "
+        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are "
+        "recognized at least half of the time."
     )
     return "\n".join(lines)

@@ -102,9 +102,13 @@ class FlowTraining(Training):
         """Fit the code, or take over another run's weights."""
         chosen = self.settings
         sizes = CodecSettings(
-            size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
-            foot_place=chosen.foot_place, foot_step=chosen.foot_step, forward=chosen.face_forward,
-        )  # fmt: skip
+            size=chosen.code_size,
+            context_size=chosen.context_size,
+            context_frames=chosen.context_frames,
+            foot_place=chosen.foot_place,
+            foot_step=chosen.foot_step,
+            forward=chosen.face_forward,
+        )
         self.codec = WindowCodec.fit(self.dataset, sizes, seed=chosen.seed)
         if chosen.initial:
             self.codec = carry_over(

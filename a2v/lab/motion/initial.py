@@ -79,7 +79,8 @@ def carry_over(
         or theirs.context_frames != codec.context_frames
     ):
         raise InputError(
-            f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out"
+            f"{path} has other sizes, actions or windows; give the same --flow "
+            "settings, or leave initial out"
         )
     rotation = torch.from_numpy(codec.window.rotation_to(theirs.window).T.copy())
     changed = {"entry.weight": weights["entry.weight"] @ rotation} | {

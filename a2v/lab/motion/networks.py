@@ -67,7 +67,8 @@ class VAESettings:
             )
         if self.root_rotation and self.decoder == "plain":
             raise InputError(
-                "the decoder 'plain' has no rotations; leave root_rotation out, or choose another decoder"
+                "the decoder 'plain' has no rotations; leave root_rotation out, or "
+                "choose another decoder"
             )
 
     @property

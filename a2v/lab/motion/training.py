@@ -189,7 +189,8 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
         # NTU-VIBE's roots sway by centimeters and go nowhere: no use
         raise InputError(
-            f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'"
+            f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; "
+            "use 'lie' or 'plain'"
         )
     return VAETraining(dataset, vae, settings)
 

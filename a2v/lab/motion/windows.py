@@ -88,7 +88,8 @@ class LinearCode:
         N), else the identity."""
         if size > min(features.shape):
             raise InputError(
-                f"a code of {size} numbers needs at least as many windows and features; got {features.shape}"
+                f"a code of {size} numbers needs at least as many windows and "
+                f"features; got {features.shape}"
             )
         mean = features.mean(axis=0, dtype=np.float64)
         centered = (features - mean).astype(np.float64)

@@ -41,7 +41,8 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
         raise
     except Exception:  # torch raises many kinds for a file that it cannot or refuses to read
         raise InputError(
-            f"{path} cannot be read as a checkpoint: it is damaged, or holds more than tensors and plain values"
+            f"{path} cannot be read as a checkpoint: it is damaged, or holds more "
+            "than tensors and plain values"
         ) from None
     if inside:
         content = content.get(inside) if isinstance(content, dict) else None
@@ -51,7 +52,8 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
         or not all(isinstance(value, Tensor) for value in content.values())
     ):
         raise InputError(
-            f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; is it another network's checkpoint?"
+            f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; "
+            "is it another network's checkpoint?"
         )
     state = {str(name).removeprefix("module."): value for name, value in content.items()}
     return {
@@ -104,7 +106,8 @@ def fill(module: nn.Module, state: State, what: str) -> None:
             raise InputError(f"{what}: '{name}' holds NaN or infinity")
     if unknown := sorted(set(state) - set(wanted)):
         raise InputError(
-            f"{what} has '{shorten(unknown[0], 80)}', which this network does not have; is it another network's checkpoint?"
+            f"{what} has '{shorten(unknown[0], 80)}', which this network does not "
+            "have; is it another network's checkpoint?"
         )
     module.load_state_dict(dict(state), assign=True)
     module.eval()

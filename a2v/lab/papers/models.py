@@ -54,7 +54,9 @@ class PIFuColor(nn.Module):
         _demand(path, self.surface_classifier, self.surface_classifier.inputs, 3)
         if self.surface_classifier.inputs < self.image_filter.features + 2:
             raise InputError(
-                f"{path}: the layers for points take {self.surface_classifier.inputs} numbers, fewer than its picture filter gives"
+                f"{path}: the layers for points take "
+                f"{self.surface_classifier.inputs} numbers, fewer than its picture "
+                "filter gives"
             )
         fill(self, state, str(path))
 
@@ -90,7 +92,8 @@ class PIFuHD(nn.Module):
         layers = [index for index, width in enumerate(coarse.mlp.outputs) if width == wanted]
         if not layers or self.mlp.outputs[-1] != 1:
             raise InputError(
-                f"{path}: no layer of the coarse level gives the {wanted} numbers that the fine level takes of it"
+                f"{path}: no layer of the coarse level gives the {wanted} numbers "
+                "that the fine level takes of it"
             )
         self.merged = layers[-1]
         if coarse.image_filter.conv1.in_channels not in (
@@ -98,7 +101,8 @@ class PIFuHD(nn.Module):
             9,
         ) or self.image_filter.conv1.in_channels not in (3, 6, 9):
             raise InputError(
-                f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and {self.image_filter.conv1.in_channels} channels"
+                f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and "
+                f"{self.image_filter.conv1.in_channels} channels"
             )
         fill(self, state, str(path))
 

@@ -144,7 +144,8 @@ class PointNetwork(nn.Module):
             inputs[i] != outputs[i - 1] + self.again[i] * inputs[0] for i in range(1, count)
         ):
             raise InputError(
-                f"the checkpoint's layers for points are {inputs} to {outputs} wide; expected each to take what the one before gives"
+                f"the checkpoint's layers for points are {inputs} to {outputs} wide; "
+                "expected each to take what the one before gives"
             )
         self.inputs, self.outputs = inputs[0], outputs
         layers = [
@@ -213,7 +214,8 @@ class ResidualNetwork(nn.Module):
         )
         if not blocks:
             raise InputError(
-                "the checkpoint's residual network has no block 'conv_block'; is it another network's?"
+                "the checkpoint's residual network has no block 'conv_block'; is it "
+                "another network's?"
             )
         learned, bias = "model.2.weight" in state, "model.1.bias" in state
 

@@ -2,10 +2,9 @@
 volume of a posed SMPL body.
 
 Implemented from the paper. Modules have the names of the published files (``pamir_net`` and
-``pamir_tex_net``), some of which hold unused layers. PaMIR's refinement of the body by its own field
-is not implemented. Points (N, 3) lie in the cube [-.5, .5], x to the
-person's left, y up, z to the camera, which is 10 in front of the center and has a focal length
-of 5000 pixels.
+``pamir_tex_net``), some of which hold unused layers. PaMIR's refinement of the body by its own
+field is not implemented. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z
+to the camera, which is 10 in front of the center and has a focal length of 5000 pixels.
 """
 
 from __future__ import annotations
@@ -70,7 +69,8 @@ class PamirTexture(nn.Module):
         _demand(path, self.mlp, self.mlp.inputs, 4)
         if self.mlp.inputs <= self.cg.features + self.ve.features:
             raise InputError(
-                f"{path}: the layers for points take {self.mlp.inputs} numbers, no more than the texture's own features"
+                f"{path}: the layers for points take {self.mlp.inputs} numbers, no "
+                "more than the texture's own features"
             )
         fill(self, state, str(path))
 
@@ -95,7 +95,8 @@ def _volume_shape(network: _Volume) -> tuple[int, ...]:
 def _demand(path: str | Path, layers: _Points, inputs: int, outputs: int) -> None:
     if (layers.inputs, layers.outputs) != (inputs, outputs):
         raise InputError(
-            f"{path}: the layers for points take {layers.inputs} numbers and give {layers.outputs}; expected {inputs} and {outputs}"
+            f"{path}: the layers for points take {layers.inputs} numbers and give "
+            f"{layers.outputs}; expected {inputs} and {outputs}"
         )
 
 

@@ -58,7 +58,8 @@ class PamirPerson:
     ) -> None:
         if body.model != "smpl":
             raise InputError(
-                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give SMPL's .npz file with --fit.model"
+                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give "
+                "SMPL's .npz file with --fit.model"
             )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
         self._camera, self._middle = frame.camera, float(np.mean(body.vertices[:, 2]))
@@ -82,7 +83,8 @@ class PamirPerson:
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
         if maps["features"].shape[1] != network.features:
             raise InputError(
-                f"{self._texture} takes {network.features} features; with the geometry's there are {maps['features'].shape[1]}"
+                f"{self._texture} takes {network.features} features; with the "
+                f"geometry's there are {maps['features'].shape[1]}"
             )
         found: FloatArray = np.clip(
             network.at(self.place(points), image=self._image, **maps), 0, 1
@@ -111,7 +113,8 @@ def _names(smpl: str, count: int) -> FloatArray:
     template = make_body(load_body_model(smpl)).vertices
     if len(template) != count:
         raise InputError(
-            f"{smpl} has {len(template)} vertices and the fitted body {count}; fit with the same file (--fit.model)"
+            f"{smpl} has {len(template)} vertices and the fitted body {count}; fit "
+            "with the same file (--fit.model)"
         )
     low, high = template.min(axis=0), template.max(axis=0)
     return np.asarray((template - low) / (high - low), np.float32)

@@ -92,7 +92,8 @@ class PapersSettings:
 
         if not self.pifuhd and not self.pifu_geometry and not self.pamir_geometry:
             raise InputError(
-                "the backend 'papers' needs --pifuhd FILE, --pifu-geometry FILE or --pamir-geometry FILE, your own checkpoints; "
+                "the backend 'papers' needs --pifuhd FILE, --pifu-geometry FILE or "
+                "--pamir-geometry FILE, your own checkpoints; "
                 "see docs/reconstruction.md"
             )
         for color, shape in (("pifu_color", "pifu_geometry"), ("pamir_texture", "pamir_geometry")):
@@ -103,7 +104,8 @@ class PapersSettings:
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
-                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare them by --methods of a2v compare, one by one"
+                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare "
+                "them by --methods of a2v compare, one by one"
             )
         if self.pamir_geometry and not self.smpl:
             raise InputError(
@@ -174,7 +176,8 @@ def papers_surface(
     digest = settings.files_digest()
     if settings.digest not in ("", digest):
         raise InputError(
-            f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile"
+            f"the checkpoints have the digest {digest}, not {settings.digest}; they "
+            "were changed meanwhile"
         )
     bounds = person_box(body.vertices, subject.mask > 0.5, camera)
     name, occupancy, colors_of = _networks(subject, body, camera, settings)
@@ -187,9 +190,11 @@ def papers_surface(
     )
     colors = None if colors_of is None else colors_of(vertices)
     provenance = {
-        "backend": "papers", "digest": digest, "geometry": name,
+        "backend": "papers",
+        "digest": digest,
+        "geometry": name,
         "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
-    }  # fmt: skip
+    }
     shown = np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors
     surface = Surface(
         vertices=vertices.astype(np.float32),
@@ -207,8 +212,13 @@ def _networks(
     (N, 3) of points, if available."""
     if settings.pamir_geometry:
         seen = PamirPerson(
-            subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
-        )  # fmt: skip
+            subject,
+            body,
+            camera,
+            geometry=settings.pamir_geometry,
+            texture=settings.pamir_texture,
+            smpl=settings.smpl,
+        )
         return "pamir", seen.occupancy, seen.colors if settings.pamir_texture else None
     place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
     colors = partial(_colors, place, settings) if settings.pifu_color else None
@@ -274,7 +284,8 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
     if features.shape[1] != network.features:
         raise InputError(
             f"{settings.pifu_color}: the layers for points take {network.features} features; "
-            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: the two do not belong together"
+            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: "
+            "the two do not belong together"
         )
     return np.clip(network.at(place.points(vertices), features=features), 0, 1).astype(np.float32)
 

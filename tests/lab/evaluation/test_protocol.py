@@ -224,9 +224,12 @@ def test_families_are_asked_for_like_random_clips_of_theirs():
         for joints, length, a in zip(whole.joints, lengths, away, strict=True)
     ]
     fine = dataclasses.replace(
-        whole, actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]), joints=tuple(x.astype(np.float32) for x in turned),
+        whole,
+        actions=("stroll", "march", "hop"),
+        labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]),
+        joints=tuple(x.astype(np.float32) for x in turned),
         length=20,
-    )  # fmt: skip
+    )
     coarse = dataclasses.replace(
         whole, actions=("jump", "walk"), labels=np.array([1, 1, 1, 1, 1, 1, 0, 1])
     )

@@ -24,15 +24,26 @@ HAND_KEY = {
     "format": "a2v-survey-key/1",
     "survey": "s",
     "title": "t",
-    "clips": {name: {"source": source} for name, source in
-              {"a1": "A", "b1": "B", "r1": REAL, "a2": "A", "b2": "B", "r2": REAL, "x": "A", "y": REAL}.items()},
+    "clips": {
+        name: {"source": source}
+        for name, source in {
+            "a1": "A",
+            "b1": "B",
+            "r1": REAL,
+            "a2": "A",
+            "b2": "B",
+            "r2": REAL,
+            "x": "A",
+            "y": REAL,
+        }.items()
+    },
     "questions": [
         {"id": "q1", "kind": "preference", "action": "walk", "clips": ["a1", "b1", "r1"]},
         {"id": "q2", "kind": "preference", "action": "jump", "clips": ["r2", "a2", "b2"]},
         {"id": "q3", "kind": "real", "action": "walk", "clips": ["x"]},
         {"id": "q4", "kind": "real", "action": "walk", "clips": ["y"]},
     ],
-}  # fmt: skip
+}
 
 
 def answers(name="p1", **given):

@@ -64,7 +64,8 @@ class BaselineSettings(RunSettings):
             raise InputError(f"unknown baseline '{self.name}'; choose from {', '.join(KINDS)}")
         if min(self.iterations, self.batch_size, self.log_every) < 1 or not 0 < self.width <= 4:
             raise InputError(
-                "iterations, batch_size and log_every of a baseline must be positive, its width at most 4"
+                "iterations, batch_size and log_every of a baseline must be "
+                "positive, its width at most 4"
             )
         if self.batch_size < 2:
             raise InputError("batch_size of a baseline is 1; batch norms need at least 2")

@@ -67,7 +67,7 @@ else:
 keep = np.flatnonzero(np.isin(data.labels, [1, 3, 10]))  # walk, jump, boxing
 data = dataclasses.replace(data.subset([int(i) for i in keep]), length=16 if SMALL else data.length)
 sampler = ClipSampler(data, data.length)
-windows, labels, lengths = sampler.batch(8 if SMALL else 48, np.random.default_rng(0))
+windows, labels, lengths = sampler.batch(8 if SMALL else 24, np.random.default_rng(0))
 print(f"{data.name}: {len(data)} clips; windows {windows.shape}, bone lengths {lengths.shape}")
 
 # %% [markdown]
@@ -193,8 +193,8 @@ for name, mine, theirs in zip(library._fields, by_hand, library, strict=True):
 DECODER = "glmi-m"
 rows, models = {}, {}
 settings = TrainSettings(
-    iterations=4 if SMALL else 60, batch_size=8 if SMALL else 16, threads=1, device="cpu",
-    learning_rate=2e-3, schedule="cosine", log_every=1 if SMALL else 4,
+    iterations=4 if SMALL else 40, batch_size=8, threads=1, device="cpu",
+    learning_rate=2e-3, schedule="cosine", log_every=1 if SMALL else 2,
 )  # fmt: skip
 for kind in ("learned", "fixed"):
     own = rows[kind] = []
@@ -261,9 +261,9 @@ plt.gca().set(xlabel="s", ylabel="x", title="from noise to the codes -1 and 1")
 
 # %%
 flow_settings = FlowSettings(
-    code_size=24 if SMALL else 96, context_size=16, width=64 if SMALL else 160, blocks=2,
-    iterations=10 if SMALL else 300, batch_size=128, pool=300 if SMALL else 1500, threads=1,
-    device="cpu", log_every=2 if SMALL else 15,
+    code_size=24 if SMALL else 96, context_size=16, width=64 if SMALL else 128, blocks=2,
+    iterations=10 if SMALL else 200, batch_size=128, pool=300 if SMALL else 600, threads=1,
+    device="cpu", log_every=2 if SMALL else 10,
 )  # fmt: skip
 losses = []
 flow = train_flow(

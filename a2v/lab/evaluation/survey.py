@@ -124,29 +124,7 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         too many clips.
     """
     settings = settings or SurveySettings()
-    if not sources or len(sources) > MAX_SOURCES:
-        raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
-    if settings.preference and len(sources) < 2:
-        raise InputError(
-            "preferences need at least two sources of motion; give another model or "
-            "the real data, or ask for none"
-        )
-    if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
-        raise InputError(
-            "real-or-fake questions need the real data and a model; give both, or ask for none"
-        )
-    actions = [
-        action
-        for action in next(iter(sources.values()))
-        if all(own.get(action) for own in sources.values())
-    ]
-    if not actions:
-        raise InputError(f"the sources {', '.join(sources)} have no action in common")
-    if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
-        raise InputError(
-            f"{settings.preference} rankings of {len(sources)} and "
-            f"{settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
-        )
+    actions = _common_actions(sources, settings)
     generator = np.random.default_rng(settings.seed)
     clips: dict[str, Motion | Film] = {}
     owners: dict[str, str] = {}
@@ -180,15 +158,42 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         {"id": f"q{place + 1}", **questions[i]}
         for place, i in enumerate(generator.permutation(len(questions)))
     ]
-    names = sorted(
-        clips
-    )  # sorted by their random names, so that the order of the clips does not reveal the sources
+    # sorted by their random names, so that the order of the clips does not reveal the sources
+    names = sorted(clips)
     return Survey(
         settings.title,
         asked,
         {name: clips[name] for name in names},
         {name: owners[name] for name in names},
     )
+
+
+def _common_actions(sources: Sources, settings: SurveySettings) -> list[str]:
+    """Return the actions that all sources have. Raises InputError as `plan_survey` does."""
+    if not sources or len(sources) > MAX_SOURCES:
+        raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
+    if settings.preference and len(sources) < 2:
+        raise InputError(
+            "preferences need at least two sources of motion; give another model or "
+            "the real data, or ask for none"
+        )
+    if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
+        raise InputError(
+            "real-or-fake questions need the real data and a model; give both, or ask for none"
+        )
+    actions = [
+        action
+        for action in next(iter(sources.values()))
+        if all(own.get(action) for own in sources.values())
+    ]
+    if not actions:
+        raise InputError(f"the sources {', '.join(sources)} have no action in common")
+    if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
+        raise InputError(
+            f"{settings.preference} rankings of {len(sources)} and "
+            f"{settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
+        )
+    return actions
 
 
 def write_survey(

@@ -214,13 +214,14 @@ axes[1].set_yscale("log")
 figure.tight_layout()
 
 # %% [markdown]
-# The learned prior follows the posterior, so its KL term falls by orders of magnitude more. With
-# the fixed prior the posterior has to come to $\mathcal N(0, I)$ in every frame, and information
-# about the pose costs more. What the difference is worth after a longer training stands in
-# [the research notes](../docs/research/motion-vae.md).
+# The learned prior follows the posterior, so its KL term falls further. With the fixed prior the
+# posterior has to come to $\mathcal N(0, I)$ in every frame, so information about the pose costs
+# more. [The research notes](../docs/research/motion-vae.md) have the difference after a longer
+# training.
 #
-# How far does the learned prior's spread change over time? This is its mean standard deviation
-# for windows of each action, of the network that was just trained:
+# Does the learned prior's spread change over time? This is its mean standard deviation for windows
+# of each action, of the network that was just trained. After so few iterations it has moved by a
+# few percent only, but it already depends on the action and on the frame.
 
 # %%
 with torch.no_grad():

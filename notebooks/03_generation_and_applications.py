@@ -79,26 +79,34 @@ play(jumps)
 # %% [markdown]
 # ## With and without GLMI (Eq. 11)
 # Without it, the generator outputs rotations and the root's position side by side, and nothing ties
-# the one to the other. With it, the root's velocity is inferred from the local poses, as in
-# $\hat{\mathbf p}_t = \hat{\mathbf p}^o_t + \mathbf J_{0,t-1} + \hat{\mathbf V}_{0,t}$ with
-# $\hat{\mathbf V}_{0,t} = \mathrm{MLP}(\hat{\mathbf p}^o_t, \mathbf p^o_{t-1}, \mathbf h^o_t)$. The
-# paths below are of walks by both. The number is the speed of the lower foot over the ground,
-# relative to that of the root: 0 is a foot that holds, 1 a foot that is dragged along.
+# the one to the other. With it, the root's velocity is inferred from the local poses:
+#
+# $$\hat{\mathbf p}_t = \hat{\mathbf p}^o_t + \mathbf J_{0,t-1} + \hat{\mathbf V}_{0,t}, \qquad
+# \hat{\mathbf V}_{0,t} =
+# \mathrm{MLP}(\hat{\mathbf p}^o_t, \mathbf p^o_{t-1}, \mathbf h^o_t) \tag{11}$$
+#
+# The paths are of walks, seen from above. Without GLMI the root shakes from frame to frame; summed
+# velocities are smooth. The number in each title is the root's mean acceleration over the ground.
+# GLMI does *not* make feet stand: the printed number is the speed of the lower foot relative to the
+# root's, and 0 would be a foot that holds. Feet are held afterwards (notebook 07).
 
 # %%
-NAMES = ("humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")  # plain: "humanact12-plain"
+NAMES = ("humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")  # or "humanact12-plain"
 walkers = {name: MotionModel.load(name) for name in NAMES}
 figure, axes = plt.subplots(1, len(NAMES), figsize=(3.2 * len(NAMES), 2.8), squeeze=False)
 for ax, (name, one) in zip(axes[0], walkers.items(), strict=True):
     clips = one.sample("walk", count=4 if SMALL else 12, seed=0)
+    ground = clips.root[..., [0, 2]]
+    shake = np.linalg.norm(np.diff(ground, n=2, axis=1), axis=-1).mean() * clips.fps**2
     feet = clips.joints[:, :, list(one.skeleton.feet)]
-    lower = feet[..., 1].argmin(-1)[..., None, None]
+    lower = feet[..., 1].argmin(-1)[..., None]
     both = np.linalg.norm(np.diff(feet[..., [0, 2]], axis=1), axis=-1)
-    speed = np.take_along_axis(both, lower[:, 1:, :, 0], axis=2).mean()
-    travel = np.linalg.norm(np.diff(clips.root[..., [0, 2]], axis=1), axis=-1).mean()
-    for path in clips.root:
-        ax.plot(path[:, 0], path[:, 2], lw=1)
-    ax.set(title=f"{name}: {speed / travel:.2f}", xlabel="x, m", ylabel="z, m", aspect="equal")
+    speed = np.take_along_axis(both, lower[:, 1:], axis=2).mean()
+    travel = np.linalg.norm(np.diff(ground, axis=1), axis=-1).mean()
+    print(f"{name}: the lower foot moves at {speed / travel:.2f} of the root's speed")
+    for path in ground:
+        ax.plot(*path.T, lw=1)
+    ax.set(title=f"{name}: {shake:.1f} m/s²", xlabel="x, m", ylabel="z, m", aspect="equal")
 figure.tight_layout()
 
 # %% [markdown]
@@ -307,8 +315,8 @@ print(
 # a character (`write_motion_page` of `a2v.motion.page`; [the page](../docs/motion_page.md)). A seed
 # makes the same motion there as here.
 #
-# **Exercise 1.** In the cell on GLMI, add `"humanact12-plain"`. Which of its failures does the
-# number not show? **Exercise 2.** Interpolate on the straight line instead: scale `circle` by the
+# **Exercise 1.** In the cell on GLMI, add `"humanact12-plain"`. Which of its failures do the
+# numbers not show? **Exercise 2.** Interpolate on the straight line instead: scale `circle` by the
 # length of `straight`. Why are the motions in the middle more alike and slower?
 #
 # *Answers.* 1: bones that change their length; `bone_lengths(clips.joints, one.skeleton)` shows it.

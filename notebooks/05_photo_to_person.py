@@ -150,11 +150,11 @@ show(
 #
 # All points behind one pixel have the same features, so depth alone tells front from back. Ours is
 # a signed distance, and its depth is measured from the guide. Here is a slice through the chest,
-# seen from above; the photo's camera is at the bottom. Change `LEVEL` to cut elsewhere.
+# seen from above; the photo's camera is at the top. Change `LEVEL` to cut elsewhere.
 
 # %%
-LEVEL = 0.72  # share of the body's vertices below the slice
-height = float(np.quantile(body.vertices[:, 1], LEVEL))
+LEVEL = 0.72  # height of the slice as a share of the body's
+height = LEVEL * float(body.vertices[:, 1].max())
 across, deep = np.meshgrid(np.linspace(-0.45, 0.45, 160), np.linspace(0.3, -0.3, 107))
 middle = person.middle
 points = np.stack(
@@ -179,9 +179,7 @@ surface = implicit_surface(
     subject,
     body,
     camera,
-    settings=ImplicitSettings(
-        resolution=200 if SMALL else 320, vertices=25_000 if SMALL else 36_000
-    ),
+    settings=ImplicitSettings(resolution=200 if SMALL else 256, vertices=25_000),
 )
 made = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
 pushed = Reconstruction(
@@ -253,7 +251,7 @@ plt.plot(line, known[:, 0], "k:", label="photo, then the guess alone (no second 
 plt.plot(line, squares, label="squared norms")
 plt.plot(line, norms[:, 0], label="Eq. 14")
 plt.axvspan(20, 22, color="0.9")
-plt.legend(fontsize=7)
+plt.legend(fontsize=7, loc="lower right")
 plt.gca().set(xlabel="vertex", ylabel="gray level", ylim=(0, 1.1))
 print(
     "objective of Eq. 14:",
@@ -264,7 +262,8 @@ print(
 
 # %% [markdown]
 # The same on the person: the network's colors are the guess, the photo's colors are fixed. Without
-# the second term the border of what the photo shows remains visible.
+# the second term, colors jump at the border of what the photo shows. The printed number is the
+# jump.
 
 # %%
 guessed = looks["network's colors"]
@@ -290,6 +289,9 @@ pictures = [
     for colors in versions.values()
 ]
 show(pictures, list(versions))
+for name, colors in versions.items():
+    step = np.linalg.norm(colors[band] - colors[neighbors[band]].mean(axis=1), axis=1).mean()
+    print(f"{name}: {step:.3f} between a vertex of the band and the mean of its neighbors")
 
 # %% [markdown]
 # **Exercise 1.** In the line above, move the wrong guess into the transition band

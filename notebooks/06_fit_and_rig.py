@@ -176,7 +176,7 @@ axes[1].set_title("bones")
 # %%
 from a2v.body import FitSettings
 
-chosen = FitSettings(rounds=2) if SMALL else FitSettings()
+chosen = FitSettings(rounds=2 if SMALL else 3)
 result = fit_body(subject, surface=surface, camera=camera, settings=chosen)
 fitted = result.body
 print(

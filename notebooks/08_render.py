@@ -86,9 +86,10 @@ shown([renderer.render(vertices[middle], path[middle]) for path in cameras.value
 # (\mathbf n \cdot \omega_i)\, d\omega_i
 # \;\approx\; \frac1N \sum_{k=1}^N \frac{f_r\, L_i\, (\mathbf n \cdot \omega_k)}{p(\omega_k)}.$$
 #
-# A path tracer draws $N$ random directions (`spp`). Its error falls with $1/\sqrt N$: half the
-# noise costs four times the time. So we take few samples and let Open Image Denoise smooth the
-# rest, which also sees albedo and normals.
+# A path tracer draws $N$ random directions (`spp`). With independent
+# draws its error falls with $1/\sqrt N$: half the noise costs four times the time. Ours are spread
+# evenly (*multijittered*), so the error falls faster. Still, we take few samples and let Open Image
+# Denoise smooth the rest, which also sees albedo and normals.
 
 # %%
 layers = renderer.layers(vertices[middle], cameras["front"][middle])
@@ -103,7 +104,7 @@ shown(
 )
 
 # %% [markdown]
-# The law of the error, measured: the difference from a picture with many samples, without denoiser.
+# The error, measured as the difference from a picture with many samples, without denoiser:
 
 # %%
 samples = (1, 2, 4) if SMALL else (1, 4, 16)
@@ -115,7 +116,7 @@ noise = [
 ]
 plt.figure(figsize=(4, 2.4))
 plt.loglog(samples, noise, "o-", label="measured")
-plt.loglog(samples, noise[0] / np.sqrt(samples), "k:", label="1 / sqrt(N)")
+plt.loglog(samples, noise[0] / np.sqrt(samples), "k:", label="1 / sqrt(N), independent")
 plt.gca().set(xlabel="samples per pixel", ylabel="error, linear light")
 plt.legend(fontsize=7)
 
@@ -226,6 +227,6 @@ print(
 # cell, render frame $t$ with another seed: `denoise(renderer.layers(cloud, camera, seed=t))`. What
 # does the flicker of the still background do, and why does the denoiser not help?
 #
-# *Answers.* 1: 64, by $1/\sqrt N$. 2: it rises from zero to the level of the noise. A denoiser
-# removes noise within a picture. What remains differs from frame to frame, which the eye sees as
-# boiling.
+# *Answers.* 1: 64 independent ones, and fewer of ours (read it off the curve). 2: it rises from
+# zero to the level of the noise. A denoiser removes noise within a picture. What remains differs
+# from frame to frame, which the eye sees as boiling.

@@ -244,7 +244,7 @@ def pictures_of(glb: Path) -> list[bytes]:
         ]
         view = file.json["bufferViews"][file.json["images"][texture["source"]]["bufferView"]]
         start = view.get("byteOffset", 0)
-        found.append(bytes(file.binary[start : start + view["byteLength"]]))
+        found.append(bytes(file.blob[start : start + view["byteLength"]]))
     return found
 
 

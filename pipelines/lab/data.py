@@ -28,7 +28,7 @@ class Options(DataOptions):
 
 
 def run(options: Options) -> Answer:
-    """Load every clip (which checks it) and sum up."""
+    """Load and check every clip, and summarize."""
     found = options.open()
     lengths = np.array([len(joints) for joints in found.joints])
     counts = {action: lengths[found.labels == label] for label, action in enumerate(found.actions)}

@@ -1,4 +1,4 @@
-"""``a2v evaluate``: measure motion models as the papers do."""
+"""``a2v evaluate``: measure motion models under the papers' protocol."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Options(DataOptions):
         "file of a trained action classifier", default=None, metavar="FILE"
     )
     actions: str = option(
-        "actions to measure each by itself too, with commas (500 clips)", default=""
+        "further tables of single actions: names with commas (500 clips)", default=""
     )
     each_action: int = option(
         "clips of every action for a table of how each is recognized and how much it "
@@ -97,7 +97,7 @@ class Options(DataOptions):
         default=0,
     )
     held_out: str = option(
-        "subjects to compare with alone too: names with commas, or auto", default="none"
+        "a further table against these subjects alone: names with commas, or auto", default="none"
     )
     out: str = option("the .md to write; the .json lies beside it")
     alike: bool = option(
@@ -110,13 +110,13 @@ class Options(DataOptions):
 
 
 def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
-    """The classifier: the given file, or the authors' one under the data folder, or our own beside
-    the tables.
+    """Return the classifier: the given file, else the authors' under the data folder, else our own
+    beside the tables.
 
     Raises
     ------
     InputError
-        The given one is missing or knows other actions.
+        The given one is missing or was trained for other actions.
     """
     name = EVALUATORS.get(options.dataset)
     published = None if name is None else Path(options.data) / "evaluators" / name
@@ -215,7 +215,8 @@ def _single_actions(options: Options, table: Table, content: Mapping[str, object
 
 
 def _each_action(options: Options, table: Table) -> _Part:
-    """How each action of each model is recognized, and how much it repeats its clips."""
+    """Measure how each action of each model is recognized, and how closely it repeats its training
+    clips."""
     if not options.each_action:
         return _NOTHING
     text, measured = [], {}
@@ -238,7 +239,7 @@ def _each_action(options: Options, table: Table) -> _Part:
 
 
 def _stands(options: Options, dataset: ActionDataset) -> _Part:
-    """How feet stand in the clips of each exported model."""
+    """Measure how feet stand in the clips of each exported model."""
     if not options.stand:
         return _NOTHING
     text, rows_of = [], _standing(options, dataset)
@@ -258,7 +259,7 @@ def _against_unseen(
     opened: Mapping[str, Evaluated],
     protocol: EvaluationSettings,
 ) -> _Part:
-    """The table against the clips of the held-out people alone."""
+    """Make the table against the clips of the held-out people alone."""
     if unseen is None:
         return _NOTHING
     models = {name: model.generate for name, model in opened.items()}
@@ -282,8 +283,7 @@ def _against_unseen(
 
 
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
-    """How the clips of the exported models of the data set's own actions stand, by the models'
-    names."""
+    """Measure the clips of exported models of the data set's own actions, by the models' names."""
     found = {}
     for name in options.model:
         if (
@@ -305,8 +305,8 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
 
 
 def _alike(table: Table) -> list[str]:
-    """The table with actions drawn alike, with recordings that are drawn alike and the papers' own
-    figures."""
+    """Make the table with actions drawn uniformly, with recordings drawn uniformly and the papers'
+    own figures."""
     scores = table.measure()
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)
@@ -326,7 +326,7 @@ def _describe_split(
     evaluator: Evaluator,
     models: Mapping[str, Evaluated],
 ) -> str:
-    """Who is compared with whom, and which models and classifiers have seen the held-out people."""
+    """Describe the split, and which models and classifiers were trained on the held-out people."""
     people = sorted(set(unseen.subjects))
     blind = [name for name, model in models.items() if model.trained_on == training.digest]
     seen = [name for name in models if name not in blind]

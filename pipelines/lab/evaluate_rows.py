@@ -1,4 +1,4 @@
-"""Rows of the tables of ``a2v evaluate``: measured, written one by one, and kept."""
+"""Rows of the tables of ``a2v evaluate``, written one by one and kept."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ from pipelines.lab.tables import write_numbers
 
 
 class Table:
-    """The rows of a table. Those that its file has of the same models, data, classifier and
-    protocol are kept: a killed run goes on, and a model can be added.
+    """The rows of a table.
+
+    Rows of the same models, data, classifier and protocol that its file already has are kept, so a
+    killed run can resume and models can be added.
     """
 
     def __init__(
@@ -51,13 +53,13 @@ class Table:
         )
 
     def content(self, rows: Sequence[Scores]) -> dict[str, object]:
-        """The numbers of `rows`, and what they were measured with."""
+        """Return the numbers of `rows` with their protocol."""
         names = {row.name for row in rows}
         models = {name: about for name, about in self._described.items() if name in names}
         return report(rows, self.dataset, self.evaluator, self._protocol) | {"models": models}
 
     def measure(self) -> list[Scores]:
-        """The rows of all models; each is written when it is measured."""
+        """Measure the rows of all models; each is written as soon as it is measured."""
         measured = list(self._known.values())
 
         def keep(row: Scores) -> None:
@@ -78,7 +80,8 @@ class Table:
     def measure_actions(
         self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
     ) -> dict[str, list[Scores]]:
-        """The rows of single actions; each is written beside `content` when it is measured."""
+        """Measure the rows of single actions; each is written beside `content` as soon as it is
+        measured."""
         single = {action: list(rows.values()) for action, rows in self._known_actions.items()}
 
         def keep(action: str, row: Scores) -> None:
@@ -102,7 +105,7 @@ class Table:
 def actions_content(
     protocol: EvaluationSettings, rows: Mapping[str, Sequence[Scores]]
 ) -> dict[str, object]:
-    """The numbers of single actions as the JSON file has them."""
+    """Return the numbers of single actions in the format of the JSON file."""
     return {
         "actions": {
             "clips": protocol.clips,
@@ -114,8 +117,8 @@ def actions_content(
 def _known_rows(
     path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
-    """Rows of an earlier table at `path` that measuring again would give again: by name, and those
-    of single actions by action and name."""
+    """Return the rows of an earlier table at `path` that are still valid: by name, and those of
+    single actions by action and name."""
     try:
         old = json.loads(path.read_text(encoding="utf-8"))
         if any(
@@ -134,4 +137,4 @@ def _known_rows(
         actions = old.get("actions", {}).get("scores", {})
         return rows(old["scores"]), {action: rows(part) for action, part in actions.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}, {}  # none, or not such a table: it is measured anew and replaced
+        return {}, {}  # missing, or not such a table: all rows are measured again

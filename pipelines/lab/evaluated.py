@@ -1,5 +1,4 @@
-"""What `a2v evaluate` measures: exported motion models, baselines, and recordings whose frames are
-lost."""
+"""Sources for `a2v evaluate`: exported motion models, baselines, and `first-frame`."""
 
 from __future__ import annotations
 
@@ -23,16 +22,16 @@ MODELS = (
     f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first "
     "pose, then zeros)"
 )
-"""What the option that names them says."""
+"""Help of the option that names them."""
 
 FINER = {"cmu": "cmu-fine"}
-"""Data sets whose models of finer actions can be measured under the coarser names."""
+"""Data sets whose models of fine actions can be measured under the coarse names."""
 
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A model that is measured: how it is sampled, the SHA-256 of its file, and the digest of the
-    data that it learned from, if known."""
+    """A model to measure: its sampler, the SHA-256 of its file, and the digest of its training
+    data, if known."""
 
     generate: Generate
     digest: str
@@ -40,13 +39,13 @@ class Evaluated:
 
 
 def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
-    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of
-    finer actions.
+    """Open models, by their names in the tables. `data` holds the clips of `dataset`, for models of
+    fine actions.
 
     Raises
     ------
     InputError
-        One is missing or knows other joints or actions, unless they are finer ones of the same
+        One is missing or has other joints or actions, unless they are the fine ones of the same
         clips.
     """
     models: dict[str, Evaluated] = {}

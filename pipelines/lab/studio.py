@@ -41,7 +41,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Fill the folder; validation views first."""
+    """Fill the folder, validation views first."""
     counts = {"validation": options.validation, "training": options.training}
     with bar("views", "view") as progress:
         rate = write_views(

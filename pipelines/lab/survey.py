@@ -25,7 +25,7 @@ from pipelines.options import group, option
 from pipelines.requests.motion import MODEL
 
 MAX_ROWS = 40
-"""Rows of clips that one picture has."""
+"""Maximum number of rows in one picture."""
 HELP = (
     "Make the papers' user studies (preference ranking, real or fake) as one web page, "
     "or turn its answers into percentages."
@@ -60,7 +60,7 @@ class Options:
     dataset: str | None = option("data set of the real motions (a2v data)", default=None)
     data: str | None = option("folder or archive that holds it", default=None)
     action: str | None = option("actions to ask about, with commas; all by default", default=None)
-    frames: int = option("frames a clip", default=60)
+    frames: int = option("frames per clip", default=60)
     analyze: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
     key: str | None = option(
         "the key that was written beside the page", default=None, metavar="FILE"
@@ -100,8 +100,8 @@ def run(options: Options) -> Answer:
 
 
 def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motion]]]:
-    """Clips by source and action; clips of an action are equally long, since a length would give
-    its source away."""
+    """Return clips by source and action. Clips of an action are equally long, since the length
+    would reveal the source."""
     if not 2 <= options.frames <= 1000:
         raise InputError(f"frames is {options.frames}; expected 2 to 1000")
     models: dict[str, MotionModel | Path] = {}
@@ -180,7 +180,7 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
 def _of_baseline(
     path: Path, options: Options, action: str, *, frames: int, count: int, seed: int
 ) -> list[Motion]:
-    """Clips of a trained baseline, whose first poses are those of the data set."""
+    """Return clips of a trained baseline, with first poses from the data set."""
     if options.dataset is None or options.data is None:
         raise InputError(f"give --dataset and --data, which {path} learned from")
     dataset = load_dataset(options.dataset, options.data)
@@ -201,8 +201,8 @@ def _of_baseline(
 def _real_clips(
     name: str, options: Options, questions: int
 ) -> tuple[dict[str, list[Motion]], dict[str, int]]:
-    """Random real clips of the data set `name` by action, cut to the action's median length or
-    --frames, and that length by action."""
+    """Return random real clips of the data set `name` by action, cut to the action's median length
+    or --frames, and that length by action."""
     if options.data is None:
         raise InputError("give --data: the folder or archive of --dataset")
     dataset = load_dataset(name, options.data)

@@ -1,11 +1,10 @@
-"""``a2v train``: train a model, or go on with a run; what can be trained are commands of their
-own."""
+"""``a2v train``: train a model, or resume a run; each kind of model has its own command."""
 
 from __future__ import annotations
 
 HELP = (
     "Train a motion model (the papers' VAE or our own flow), an action classifier, the "
-    "reconstruction or the body map; a run goes on where it was stopped."
+    "reconstruction or the body map; a run resumes where it was stopped."
 )
 SUBCOMMANDS = {
     "motion": "the papers' VAE",

@@ -1,5 +1,5 @@
-"""``a2v train bodymap``: the network that says where on the body each pixel of a person is, and how
-deep."""
+"""``a2v train bodymap``: the network that predicts the place on the body and the depth of each
+pixel of a person."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _SHOWN = (
 
 
 def run(options: Options) -> Answer:
-    """Make what views are missing, train, export."""
+    """Render the missing views, train, export."""
     out, counts = Path(options.out), {"validation": options.validation, "training": options.views}
     prepared = (out / "views" / "bank.npz").exists()
     with bar("poses", "clip", hidden=prepared) as preparing, bar("views", "file") as progress:

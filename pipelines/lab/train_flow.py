@@ -28,10 +28,10 @@ class Options(MotionModelOptions):
     """What the command takes."""
 
     guidance: float = option(
-        "how far the exported flow is pushed towards the action; 1: not", default=GUIDANCE
+        "guidance of the exported flow towards the action; 1: none", default=GUIDANCE
     )
     guided_until: float = option(
-        "time of the exported flow, from 0 to 1, after which it is not pushed", default=1.0
+        "time of the exported flow, from 0 to 1, after which it is not guided", default=1.0
     )
     flow: FlowSettings = settings(FlowSettings)
 

@@ -38,7 +38,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Train and, where all networks are there, export."""
+    """Train, and export if all networks are available."""
     stages = [name.strip() for name in options.stages.split(",")]
     if unknown := [name for name in stages if name not in STAGES]:
         raise InputError(f"unknown stage '{unknown[0]}'; choose from {', '.join(STAGES)}")

@@ -14,10 +14,10 @@
 # %% [markdown]
 # # Data and skeletons
 #
-# What motion data is here: joints over time, in what frame and unit, on which tree of bones, and
-# how rotations and positions belong together (Eq. 6). With the papers' data in a folder
+# Motion data are joints over time in some frame and unit, on a tree of bones. This lecture shows
+# them, and how rotations and positions belong together (Eq. 6). With the papers' data in a folder
 # (`A2V_DATA`, else `../../shared/data`) the recorded clips are shown; without it, clips of the
-# shipped model stand in, so that every cell runs.
+# shipped model are used, so that every cell runs.
 
 # %%
 import os
@@ -106,9 +106,8 @@ with tempfile.TemporaryDirectory() as folder:
 
 # %% [markdown]
 # ## World and native frame
-# a2v works in metres with y up and the person facing +z. The published files have frames and units
-# of their own, and the published classifiers expect those: `data.frame` says how they belong
-# together.
+# a2v works in metres with y up and the person facing +z. The published files have other frames and
+# units, which the published classifiers expect. `data.frame` is the conversion.
 
 # %%
 native = data.joints[shown[0]] * np.asarray(data.frame.signs, np.float32)
@@ -121,16 +120,17 @@ print(
 
 # %% [markdown]
 # ## A rotation is three numbers (Eq. 3 and 4)
-# Rotations are no vectors: two of them added give none. But each is the exponential of a
-# skew-symmetric matrix, and those are three free numbers $\mathbf w$, which a network can output:
+# Rotations do not form a vector space: the sum of two rotation matrices is not a rotation. But each
+# is the exponential of a skew-symmetric matrix, and those are three free numbers $\mathbf w$, which
+# a network can output:
 #
 # $$\hat W = \begin{pmatrix} 0 & -w_3 & w_2 \\ w_3 & 0 & -w_1 \\ -w_2 & w_1 & 0 \end{pmatrix} \qquad
 # R = \exp(\hat W) = I + \frac{\sin\lVert\mathbf w\rVert}{\lVert\mathbf w\rVert}\hat W +
 # \frac{1-\cos\lVert\mathbf w\rVert}{\lVert\mathbf w\rVert^2}\hat W^2$$
 #
 # The direction of $\mathbf w$ is the axis, its length the angle. We check the closed form against
-# the series $\sum_n \hat W^n/n!$ that it stands for. The picture shows why a network has the angle
-# bounded: vectors along one axis that differ by a whole turn are one rotation.
+# the series $\sum_n \hat W^n/n!$ that it stands for. The picture shows why the angle of a network's
+# output is bounded: vectors along one axis that differ by a whole turn are one rotation.
 
 # %%
 w = np.array([0.4, -1.1, 0.7])
@@ -177,8 +177,8 @@ for ax, (name, skeleton) in zip(axes, SKELETONS.items(), strict=True):
 
 # %% [markdown]
 # ## Positions from rotations, and back (Eq. 6)
-# Along chain $k$, joint $i$ lies one bone farther than joint $i-1$, and that bone is turned by all
-# rotations before it:
+# Along chain $k$, joint $i$ is one bone farther than joint $i-1$, and that bone is turned by all
+# previous rotations:
 #
 # $$\mathbf J_i^k = \Big[\prod_{j=0}^{i-1} \exp(\hat W_j^k)\Big]\,\mathbf d_i^k + \mathbf
 # J_{i-1}^k$$
@@ -205,7 +205,7 @@ def eq6(rotations, root, lengths, skeleton):
 
 # %% [markdown]
 # Forward kinematics takes rotations, the root's path and bone lengths to positions. The way back is
-# not unique (a bone can be twisted about itself), so that only one direction must agree: positions,
+# not unique (a bone can be twisted about itself), so only one direction must agree: positions,
 # rotations, positions.
 
 # %%
@@ -231,8 +231,8 @@ print(
 
 # %% [markdown]
 # ## One rotation changed
-# The same walk with the left shoulder's bone raised: all that hangs on it comes along, nothing else
-# moves.
+# The same walk with the left shoulder's bone raised: everything attached to it follows, nothing
+# else moves.
 
 # %%
 raised = rotations.copy()
@@ -259,10 +259,10 @@ display(
 )
 
 # %% [markdown]
-# ## What rotations are good for
+# ## Why rotations
 # The papers give a motion as three separate things: rotations, the root's path, and bone lengths
-# that do not change. Why not joints as they are? Mix two poses half and half, once their joints,
-# once their rotation vectors, and measure the bones. Turn `mix`:
+# that do not change. Why not joint positions alone? Average two poses, once their joints, once
+# their rotation vectors, and measure the bones. Turn `mix`:
 
 # %%
 mix = 0.5
@@ -280,17 +280,17 @@ for name, pose in (("joints", by_joints), ("rotations", by_rotations)):
     )
 
 # %% [markdown]
-# **Exercise 1.** Write $W_0$ into `eq6`: start `turned` from `rotvec_to_rotmat(rotations[0])`. What
-# does the walk do with `rotations[:, 0] = (0, pi / 2, 0)`? **Exercise 2.** Change `own` to `1.3 *
-# own` in the last cell. Which of the two mixtures can follow?
+# **Exercise 1.** Write $W_0$ into `eq6`: start `turned` from `rotvec_to_rotmat(rotations[0])`. How
+# does the walk change with `rotations[:, 0] = (0, pi / 2, 0)`? **Exercise 2.** Change `own` to `1.3
+# * own` in the last cell. Which of the two mixtures can use it?
 #
 # *Answers.* 1: the same poses, facing a quarter turn to the left, on the same path, so that the
-# person walks sideways: the root's place is independent of the rotations. A network is trained so
-# with `--vae.root-rotation true`. 2: only the rotations': bone lengths are an input of Eq. 6, so
-# any body can do any motion; joints have the body in them.
+# person walks sideways: the root's place is independent of the rotations. `--vae.root-rotation
+# true` trains a network with it. 2: only the rotations': bone lengths are an input of Eq. 6, so any
+# body can do any motion. Joint positions contain the body.
 #
-# ## Data of your own
-# A folder of BVH files with one sub-folder an action is a data set too; `a2v data bvh --data
+# ## Your own data
+# A folder of BVH files with one subfolder per action is a data set too; `a2v data bvh --data
 # FOLDER` checks it and `a2v train` takes it. Here two clips of the data above are written as BVH
 # and read back.
 

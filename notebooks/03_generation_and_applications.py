@@ -178,7 +178,7 @@ plt.gca().set(xlabel="s", ylabel="length of the noise", ylim=(0, None))
 plt.legend(fontsize=8)
 
 # %% [markdown]
-# The first poses go smoothly from one motion to the other, and each row is a motion of its own:
+# The first poses go smoothly from one motion to the other, and each row is a separate motion:
 
 # %%
 between = interpolate(model, "lift_dumbbell", seeds=(1, 4), rows=3 if SMALL else 5)

@@ -15,13 +15,12 @@
 # # Evaluation
 #
 # Is a generated motion good? Three kinds of answers: the papers' measures, which compare clips in
-# the features of an action classifier; physics; and people. The question of this lecture is what
-# each of them sees, and what it does not see. We find out by spoiling recorded motions on purpose
-# and measuring them.
+# the features of an action classifier; physics; and people. This lecture examines which defects
+# each of them detects. We damage recorded motions on purpose and measure them.
 #
 # With the papers' data (`A2V_DATA`, else `../../shared/data`) the authors' classifier and recorded
 # clips are used; without it, a classifier is trained here on clips of the shipped model, which
-# shows the parts but measures nothing about people.
+# shows the method but says nothing about people.
 
 # %%
 import os
@@ -69,9 +68,9 @@ print(f"{data.name}, {len(data)} clips; classifier {evaluator.source}")
 
 # %% [markdown]
 # ## The classifier
-# A GRU with a feature of 30 numbers. It recognizes recorded clips; its features of one action lie
-# together. The published classifier starts from a random state, which alone moves the features;
-# zeros make it deterministic.
+# A GRU with a feature of 30 numbers. It recognizes recorded clips; features of one action are close
+# together. The published classifier starts from a random state, which changes the features; zeros
+# make it deterministic.
 
 # %%
 generate = recorded(data)
@@ -101,8 +100,8 @@ plt.gca().set(title="features of recorded clips, one color per action")
 # $$\mathrm{FID} = \lVert\mu_1-\mu_2\rVert^2 +
 # \mathrm{tr}\big(\Sigma_1+\Sigma_2-2(\Sigma_1\Sigma_2)^{1/2}\big)$$
 #
-# The first term is how far the middles are apart, the second how much the shapes differ. No single
-# clip is judged, only the whole set.
+# The first term measures the distance of the means, the second the difference of the shapes. It
+# judges a set of clips, not a single clip.
 
 
 # %%
@@ -137,9 +136,9 @@ plt.gca().set(xlabel="clips", ylabel="FID", title="recorded clips against other 
 
 # %% [markdown]
 # ## Why real clips score 2.3 when actions are drawn alike
-# The published evaluation takes real clips as they are, and asks the model for every action equally
-# often. The data have many clips of some actions and few of others. If $\pi_a$ is the share of
-# action $a$, the cloud's mean is $\sum_a \pi_a\mu_a$: other shares, another mean and another
+# The published evaluation keeps the real clips' frequencies, and samples every action of the model
+# equally often. The data have many clips of some actions and few of others. If $\pi_a$ is the share
+# of action $a$, the cloud's mean is $\sum_a \pi_a\mu_a$: other shares, another mean and another
 # covariance, even if every single clip is real. Turn `share` from the data's frequencies (0) to all
 # alike (1):
 
@@ -179,15 +178,15 @@ plt.gca().set(
 print("FID of real clips by share:", dict(zip(shares, np.round(values, 2).tolist(), strict=True)))
 
 # %% [markdown]
-# Nothing was generated here, and yet the FID at the right is about two (2.3 with 3,000 clips). In
-# the tables that row is called *real, drawn alike*. It is no lower limit: a model that makes rare
-# actions look like frequent ones can score less. This is why rows of the two protocols must not be
-# compared, and why every table names its own.
+# Nothing was generated here, but the FID at the right is about two (2.3 with 3,000 clips). In the
+# tables that row is called *real, drawn alike*. It is no lower limit: a model that makes rare
+# actions look like frequent ones can score less. So rows of the two protocols must not be compared,
+# and every table names its protocol.
 #
 # ## Accuracy, diversity, multimodality
-# *Accuracy* is how often the classifier recognizes what was asked for. *Diversity* (Eq. 21) is the
-# mean distance of $S_d = 200$ pairs of any clips, *multimodality* (Eq. 22) that of $S_m = 20$ pairs
-# of each action $a$:
+# *Accuracy* is the share of clips that the classifier recognizes as the requested action.
+# *Diversity* (Eq. 21) is the mean distance of $S_d = 200$ pairs of any clips, *multimodality* (Eq.
+# 22) that of $S_m = 20$ pairs of each action $a$:
 #
 # $$\mathrm{Diversity} = \frac1{S_d}\sum_{i=1}^{S_d}\lVert f_i - f_i'\rVert_2 \qquad
 # \mathrm{Multimodality} = \frac1{C\,S_m}\sum_{a=1}^{C}\sum_{i=1}^{S_m}\lVert f_{a,i} -
@@ -196,8 +195,8 @@ print("FID of real clips by share:", dict(zip(shares, np.round(values, 2).tolist
 # Both should be near to the real clips' value; larger is not better. Shaking makes clips differ,
 # and a model that ignores the action has a high multimodality.
 #
-# ## What the measures do not see
-# We spoil recorded clips in six ways. Each row has FID and accuracy, and beside them a measure of
+# ## Defects that the measures miss
+# We damage recorded clips in six ways. Each row has FID and accuracy, and beside them a measure of
 # physics: how fast feet slide while they stand (`slide`), and how much joints jerk (`jitter`).
 
 
@@ -289,7 +288,7 @@ print(protocol.name)
 
 # %% [markdown]
 # ## Which actions are recognized
-# Rows: what was asked for; columns: what the classifier saw.
+# Rows: requested actions; columns: actions by the classifier.
 
 # %%
 each = 10 if SMALL else 40
@@ -310,7 +309,7 @@ figure.tight_layout()
 # %% [markdown]
 # ## Asking people
 # `a2v survey` writes one web page with the papers' two studies: ranking motions of several sources,
-# and telling real from made. Sources and order are hidden; answers are saved as JSON by each
+# and telling real from generated. Sources and order are hidden; answers are saved as JSON by each
 # participant and counted with the key that lies beside the page.
 
 # %%
@@ -340,8 +339,8 @@ key_path = write_survey(
 print(f"survey.html: {(folder / 'survey.html').stat().st_size / 1e6:.1f} MB")
 
 # %% [markdown]
-# What the analysis gives, on made-up answers of participants who toss coins: every interval should
-# hold the half.
+# The analysis of invented answers by participants who toss coins: every interval should contain one
+# half.
 
 # %%
 import json

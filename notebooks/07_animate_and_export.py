@@ -15,7 +15,7 @@
 # # Animate and export
 #
 # A motion drives the character's bones, the surface follows as rigidly as it can (Eq. 20), hands
-# and face get poses of their own, and the result becomes files for other programs.
+# and face get poses, and the result becomes files for other programs.
 
 # %%
 import dataclasses

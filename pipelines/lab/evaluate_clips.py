@@ -1,4 +1,4 @@
-"""``a2v evaluate clips``: people who are followed through videos, beside the truth."""
+"""``a2v evaluate clips``: tracking one person through a video, beside the ground truth."""
 
 from __future__ import annotations
 

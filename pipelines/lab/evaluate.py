@@ -55,16 +55,15 @@ EXAMPLES = """examples:
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
 
-Every table comes twice: actions as frequent as in the data, and drawn alike, as the papers'
-figures were made (--alike false: only the first). Rows of the one don't compare with rows of the
-other. Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds
-and data hashes as JSON. --state zeros is the deterministic protocol: the classifier then adds no
-noise of its own, and the seed decides everything. Rows that --out already has of the same models,
-data, classifier and protocol are kept: a killed run goes on, and a model is added at its own
-cost. --evaluator is the trained action classifier; by default the authors' own in
-DATA/evaluators, else OUT's folder/classifier.pt, which is trained first (with the settings
---classifier) if it is not there. --held-out adds a table against the clips of these people alone
-(auto: those that `a2v train --held-out auto` leaves out)."""
+Each table is made twice: with actions as frequent as in the data, and with actions drawn
+uniformly, which is the protocol of the papers' figures (--alike false: only the first). Do not
+compare rows of the two. Writes the tables as Markdown and, beside them, every repeat's values
+with protocol, seeds and data hashes as JSON. With --state zeros the classifier is deterministic.
+Rows that --out already has of the same models, data, classifier and protocol are kept, so a
+killed run can resume and models can be added. --evaluator is the trained action classifier; by
+default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is trained
+first (with the settings --classifier) if it does not exist. --held-out adds a table against the
+clips of these people alone (auto: those that `a2v train --held-out auto` leaves out)."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
@@ -311,10 +310,9 @@ def _alike(table: Table) -> list[str]:
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)
     return [
-        "Actions drawn alike, as the published evaluation draws them while it takes "
-        f"real clips as they are: '{REAL_ALIKE}' is what "
-        "recordings score here, no lower limit. Compare no row of this table with "
-        "one of the table above.",
+        "Actions drawn uniformly, as in the published evaluation, which keeps the real "
+        f"clips' frequencies: '{REAL_ALIKE}' is the score of recordings here, not a lower "
+        "limit. Do not compare rows of this table with the table above.",
         markdown_table(scores),
         *(["As published, in this protocol:", published] if published else []),
     ]
@@ -332,10 +330,9 @@ def _describe_split(
     seen = [name for name in models if name not in blind]
     lines = [
         f"Against the {len(unseen)} clips of {', '.join(people)} alone "
-        f"({len(training)} clips are of others). Actions and bone lengths of "
-        "generated "
-        "clips are the held-out people's; 'Training clips' are recordings of the "
-        "others with the same actions: what a perfect model could know."
+        f"({len(training)} clips are of others). Actions and bone lengths of generated "
+        "clips are the held-out people's; 'Training clips' are recordings of the others "
+        "with the same actions: the score of a perfect model."
     ]
     if blind:
         lines.append(f"Trained without these people: {', '.join(blind)}.")

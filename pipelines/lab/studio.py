@@ -17,7 +17,7 @@ HELP = (
 )
 EXAMPLES = """examples:
   a2v studio --data ../shared/data --out runs/studio --training 3000 --validation 60
-  a2v studio --data ../shared/data --out runs/studio --training 6000 --workers 4     goes on where it stopped
+  a2v studio --data ../shared/data --out runs/studio --training 6000 --workers 4     resumes where it stopped
   a2v studio --data ../shared/data --out runs/far --distance [6.0,12.0] --guide.depth-arms 12
   a2v studio --data ../shared/data --out runs/around --things 0.2 --furniture 0.15 --cut 0.1 --photographs 0.3
 

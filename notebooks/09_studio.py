@@ -234,8 +234,7 @@ print(f"points of unseen bodies that are right: {accuracies[-1][1]:.1%}")
 # ## A surface out of it
 # Marching cubes finds where $f$ crosses zero. On the left is the picture of a body that training
 # never saw, then the surface from four sides. The back is guessed: the network has only seen that
-# backs of such fronts look alike. After a training of
-# seconds thin parts, such as forearms, are still missing.
+# backs of such fronts look alike.
 
 # %%
 from skimage.measure import marching_cubes

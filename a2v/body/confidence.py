@@ -10,6 +10,7 @@ import numpy as np
 
 from a2v.body.evidence import Evidence
 from a2v.body.limbs import LIMBS, TRUNK
+from a2v.body.second_photo import DOUBTFUL
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
@@ -45,11 +46,6 @@ class Suspicion:
 
 SUSPICION = Suspicion()
 """Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
-DOUBTFUL = 0.15
-"""Meters that a limb is expected to be off in depth from which on the user is told. On the photos
-that the coefficients come from such limbs were off by 37 cm in the mean, the others by 6 (25 and 9
-without a body map)."""
-
 FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
 """What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its
 own extent in depth, meters; what the silhouettes do not share; and the logarithm of the error that
@@ -155,7 +151,32 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
     ]
     if limbs:
         names = f"{', '.join(limbs[:-1])} and {limbs[-1]}" if len(limbs) > 1 else limbs[0]
+        side = {"front": "the front", "back": "behind"}.get(
+            residuals.get("second_photo", ""), f"their {residuals.get('second_photo', 'left')}"
+        )
         return [
-            f"how far to the front or the back the {names} reaches is unsure; a second photo of the same person from the side tells more (--photo once more)"
+            f"how far to the front or the back the {names} reaches is unsure; a second photo of the "
+            f"same person from {side} tells most (--photo once more)"
         ]
     return []
+
+
+def summary(residuals: Mapping[str, Any]) -> list[str]:
+    """The camera, the expected errors of arms and legs, and the best second photo of a fit with
+    these `FitResult.residuals`, in short lines; none without a camera."""
+    camera = residuals.get("camera")
+    if not camera:
+        return []
+    place = f"camera {camera['distance']:.1f} m away" if camera["distance"] else "camera far away"
+    angle = f", {camera['field_of_view']:.0f} degrees wide" if "field_of_view" in camera else ""
+    lines = [f"{place}{angle} ({camera['distance_from']})"]
+    limbs = [
+        f"{limb.replace('_', ' ')} {100 * error:.0f} cm"
+        for limb, error in residuals.get("limb_errors", {}).items()
+        if limb.endswith(("arm", "leg"))
+    ]
+    if limbs:
+        lines.append(f"expected error in depth: {', '.join(limbs)}")
+    if "second_photo" in residuals:
+        lines.append(f"best second photo: {residuals['second_photo']}")
+    return lines

@@ -138,6 +138,8 @@ class Evidence:
         Where the camera is believed to be.
     told : Told or None
         What the user has said.
+    photo : tuple of 2 float
+        Width and height of the whole photo, pixels.
     """
 
     pixels: FloatArray
@@ -156,6 +158,7 @@ class Evidence:
     depth_scales: FloatArray | None = None
     view: View = LEVEL
     told: Told | None = None
+    photo: tuple[float, float] = (0.0, 0.0)
 
     @property
     def has_depth(self) -> bool:
@@ -272,8 +275,9 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         raise InputError(
             f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo"
         )
-    left, top, _, _ = subject.crop
+    left, top, right, _ = subject.crop
     width, height = subject.photo_size
+    zoom = subject.image.shape[1] / (right - left)
     known = (float(-left), float(-top), float(width - left), float(height - top))
     field = (
         mask_field(subject.mask, known, size=settings.silhouette_size)
@@ -293,7 +297,12 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         tall=settings.height,
         distance=settings.distance,
     )
-    evidence = dataclasses.replace(evidence, view=view, told=Told.of(subject, evidence))
+    evidence = dataclasses.replace(
+        evidence,
+        view=view,
+        told=Told.of(subject, evidence),
+        photo=(zoom * width, zoom * height),
+    )
     if subject.bodymap is None:
         return evidence
     evidence = dataclasses.replace(

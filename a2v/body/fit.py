@@ -19,13 +19,14 @@ from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
 from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
+from a2v.body.second_photo import best_side, heading
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
 from a2v.body.stray import agrees_better, mend_doubtful, mend_strays
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
-from a2v.body.view import View
+from a2v.body.view import View, field_of_view
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
@@ -45,9 +46,11 @@ class FitResult:
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident
         keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, meters),
-        ``camera`` (distance and height, meters, pitch, degrees, and why the distance is believed),
+        ``camera`` (distance and height, meters; pitch and field of view across the photo's longer
+        side, degrees; and the source of the distance),
         ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
-        expected error in depth, meters); with a surface also ``surface_mean`` (meters, from the
+        expected error in depth, meters) and ``second_photo`` (of `SIDES`: from where a second photo
+        would add the most); with a surface also ``surface_mean`` (meters, from the
         surface to the body); with a model of one's own ``carried_over`` (meters, mean distance from
         its skin to the fitted one).
     """
@@ -184,12 +187,12 @@ class Fit:
         return Objective(self.model, self.evidence, self.settings)
 
     def _expecting(self, result: FitResult) -> FitResult:
-        """The same with the errors in depth that are expected of its limbs."""
+        """The same with the expected errors in depth of its limbs, and the best second photo."""
         overlap = result.residuals.get("silhouette_iou", 0.8)
-        errors = limb_errors(
-            self._landmarks(result.body), self.evidence, result.camera.scale, overlap
-        )
-        return dataclasses.replace(result, residuals={**result.residuals, "limb_errors": errors})
+        landmarks = self._landmarks(result.body)
+        errors = limb_errors(landmarks, self.evidence, result.camera.scale, overlap)
+        expected = {"limb_errors": errors, "second_photo": best_side(errors, heading(landmarks))}
+        return dataclasses.replace(result, residuals={**result.residuals, **expected})
 
     def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
         """The fit, or one from a start with some limbs bent otherwise (None: there is none), if
@@ -303,7 +306,7 @@ class Fit:
         residuals = {
             **self._landmark_errors(body, camera, height),
             "height": height,
-            "camera": _told(camera),
+            "camera": _reported(camera, self.evidence.photo),
             **found,
         }
         if (mask := self.evidence.mask) is not None:
@@ -352,14 +355,14 @@ class Fit:
         }
 
 
-def _told(camera: PhotoCamera) -> dict[str, Any]:
-    """What the report says of a camera."""
-    perspective = (
-        {"height": camera.height, "pitch": float(np.degrees(camera.pitch))}
-        if camera.distance > 0
-        else {}
-    )
-    return {"distance": camera.distance, **perspective, "distance_from": camera.source}
+def _reported(camera: PhotoCamera, photo: tuple[float, float]) -> dict[str, Any]:
+    """The report's entry about a camera that took a photo of `photo` pixels (width, height)."""
+    found: dict[str, Any] = {"distance": camera.distance, "distance_from": camera.source}
+    if camera.distance > 0:
+        pitch = float(np.degrees(camera.pitch))
+        angle = field_of_view(camera, max(photo))
+        found |= {"height": camera.height, "pitch": pitch, "field_of_view": angle}
+    return found
 
 
 def unknowns_of(result: FitResult) -> Unknowns:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from a2v.body.anny import AnnyModel
-from a2v.body.confidence import DOUBTFUL
 from a2v.body.limbs import LIMBS
 from a2v.body.objective import Objective
 from a2v.body.pose_bank import load_pose_bank
 from a2v.body.pose_space import PoseSpace
+from a2v.body.second_photo import DOUBTFUL
 from a2v.body.unknowns import Unknowns
 from a2v.types import FloatArray, IntArray
 

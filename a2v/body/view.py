@@ -108,3 +108,9 @@ def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> floa
     left, _, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height
+
+
+def field_of_view(camera: PhotoCamera, pixels: float) -> float:
+    """Degrees that a perspective camera sees across `pixels` around its optical axis."""
+    focal = camera.scale * camera.distance / math.cos(camera.pitch)
+    return math.degrees(2 * math.atan(pixels / 2 / focal))

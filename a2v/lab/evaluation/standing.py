@@ -172,7 +172,7 @@ def _score(
         _middle(resample_motion(one.motion(index), FPS).joints, round(seconds * FPS))
         for index in range(len(one))
     ]
-    unit = np.float32(dataset.frame.metres_per_unit)
+    unit = np.float32(dataset.frame.meters_per_unit)
     windows = np.stack([_at(clip, length, dataset.fps) for clip in made]) / unit
     spread = None
     if len(one) > 1:

@@ -10,15 +10,15 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
-from a2v.perception.bodymap import look_at_body, mended
-from a2v.perception.corrections import (
-    Corrections,
+from a2v.perception.apply_corrections import (
     correct_landmarks,
     draw_strokes,
     given_landmarks,
     place_landmarks,
     told_sides,
 )
+from a2v.perception.bodymap import look_at_body, mended
+from a2v.perception.corrections import Corrections
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize

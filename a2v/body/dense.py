@@ -29,7 +29,7 @@ class DenseEvidence:
     pixels : (n, 2)
         Of the photo: u, v.
     depths : (n,)
-        Pixels, larger is nearer; from where they are measured is not known.
+        Pixels, larger is nearer; the origin is unknown.
     weights, depth_weights : (n,)
         How sure place and depth are, from 0 to 1.
     """
@@ -51,23 +51,23 @@ def gather_dense(
     standing: bool = False,
     unseen: IntArray | None = None,
 ) -> DenseEvidence | None:
-    """`count` pixels of a body map, evenly drawn; None where it sees nobody.
+    """Sample `count` pixels of a body map uniformly; None if it shows nobody.
 
     Parameters
     ----------
     found : BodyMap
     keypoints : (33, 3)
-        Of the `a2v.types.Subject`: where the map's own landmarks lie elsewhere, the pixels around
-        them count less.
+        Of the `a2v.types.Subject`. Pixels around landmarks that the map places elsewhere have less
+        weight.
     height : float
         The person's standing height, pixels.
     count, seed : int
     standing : bool
-        The person stands upright on straight legs: the fit knows depths better without a map than
-        with it, and they count for nothing.
+        The person stands upright on straight legs. Then the map's depths have no weight: the fit
+        finds better depths without them.
     unseen : (n,) int, optional
-        Landmarks whose depths somebody knows better: those of the pixels around them count for
-        nothing.
+        Landmarks whose depths the user has given: the depths of the pixels around them have no
+        weight.
     """
     from scipy.spatial import cKDTree
 

@@ -51,7 +51,7 @@ class FitResult:
         ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
         expected error in depth, meters) and ``second_photo`` (of `SIDES`: from where a second photo
         would add the most); with a surface also ``surface_mean`` (meters, from the
-        surface to the body); with a model of one's own ``carried_over`` (meters, mean distance from
+        surface to the body); with a custom model ``carried_over`` (meters, mean distance from
         its skin to the fitted one).
     """
 
@@ -62,8 +62,8 @@ class FitResult:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by
-    the clock, twice the processor's time)."""
+    """Limit PyTorch to one thread: the fit's tensors are small, so that a second thread doubles the
+    processor time and saves no wall time."""
     import torch
 
     before = torch.get_num_threads()
@@ -110,7 +110,7 @@ def fit_body(
         Fewer than four confident keypoints, or a surface without its camera.
     """
     settings = settings or FitSettings()
-    wanted = load_body_model(settings.model)  # a wrong file is told before the fit
+    wanted = load_body_model(settings.model)  # refuses a wrong file before the fit begins
     model = load_body_model()
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
@@ -150,7 +150,7 @@ def _carried(result: FitResult, model: BodyModel) -> FitResult:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """One fit: the model, what it is fitted to, how, and whom to tell about the progress."""
+    """One fit: the model, the evidence, the settings and a callback for the progress."""
 
     model: AnnyModel
     evidence: Evidence
@@ -163,7 +163,7 @@ class Fit:
         return self.settings.rounds + 3
 
     def to_photo(self) -> FitResult:
-        """The fit to keypoints and silhouette; where it looks wrong, the best of more starts."""
+        """Fit to keypoints and silhouette; if the result looks wrong, try more starts."""
         objective = self._objective()
         guess = first_guess(objective, self.model, self.evidence)
         self.progress(2, self.total)
@@ -183,7 +183,7 @@ class Fit:
         return best
 
     def _objective(self) -> Objective:
-        """What the fit to the photo minimizes, with no silhouette matched yet."""
+        """The objective of the fit to the photo, without silhouette matches."""
         return Objective(self.model, self.evidence, self.settings)
 
     def _expecting(self, result: FitResult) -> FitResult:
@@ -195,15 +195,15 @@ class Fit:
         return dataclasses.replace(result, residuals={**result.residuals, **expected})
 
     def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
-        """The fit, or one from a start with some limbs bent otherwise (None: there is none), if
-        that agrees better with the photo."""
+        """A fit from `start`, in which some limbs are bent differently, if it agrees better with
+        the photo; otherwise, or without a start, the fit so far."""
         if start is None:
             return best
         found = dataclasses.replace(self, progress=_silent).refined(start)
         return found if agrees_better(found.residuals, best.residuals) else best
 
     def _search(self, best: FitResult, objective: Objective) -> FitResult:
-        """The best of a fit and of those that start from poses of the bank."""
+        """The best of a fit and of fits that start from poses of the bank."""
         quiet = dataclasses.replace(self, progress=_silent)
         if guess := guess_by_landmarks(
             objective, self.model, self.evidence, starts=self.settings.starts
@@ -220,7 +220,7 @@ class Fit:
         return best
 
     def refined(self, unknowns: Unknowns) -> FitResult:
-        """The fit to keypoints and silhouette from one start; the body is put on the ground."""
+        """Fit to keypoints and silhouette from one start; the body is put on the ground."""
         objective = self._objective()
         done = 0
         if self.evidence.mask is not None and len(self.evidence.mask.contour):
@@ -239,7 +239,7 @@ class Fit:
         return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
     def to_surface(self, unknowns: Unknowns, surface: Surface, camera: PhotoCamera) -> FitResult:
-        """The fit to keypoints and surface, in the surface's frame (Eq. 15)."""
+        """Fit to keypoints and surface, in the surface's frame (Eq. 15)."""
         samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
         objective = Objective(self.model, self.evidence, self.settings, surface=samples)
         unknowns.fix_camera(camera)
@@ -263,7 +263,7 @@ class Fit:
 
     def _ground(self, unknowns: Unknowns, space: PoseSpace) -> PhotoCamera:
         """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera
-        that sees it where it was."""
+        in which it stays in the same place of the photo."""
         import torch
 
         camera = unknowns.camera()
@@ -286,8 +286,7 @@ class Fit:
         found: Mapping[str, Any],
         samples: SurfaceSamples | None = None,
     ) -> FitResult:
-        """The body at `unknowns`, and how well it agrees with the evidence; `found` goes to the
-        residuals as it is."""
+        """The body at `unknowns` and its residuals; `found` is copied into the residuals."""
         shape = unknowns.shape.detach()
         angles = unknowns.angles.detach().numpy().astype(np.float32)
         standing = self.model.rest(shape)[0]

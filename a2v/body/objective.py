@@ -1,4 +1,4 @@
-"""What a fit minimizes at each stage: which terms, and how much each counts."""
+"""The objective of a fit at each stage: its terms and their weights."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ _SHAPE_SPREAD = {
     "proportions": 0.25,
 }
 _GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo, where clothes hide the chest: a silhouette says too little for
-it, and what it would add shows on men."""
+"""Mean of Anny's gender for a photo: clothes hide the chest, a silhouette shows too little of it, and
+a wrong chest is visible on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
 _SOLES = [
@@ -255,12 +255,12 @@ class Objective:
             * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma)
             / s.depth_sigma**2
         )
-        if e.told is not None and stage != "camera":
-            near, far = e.told.bones[:, 0], e.told.bones[:, 1]
+        if e.hints is not None and stage != "camera":
+            near, far = e.hints.bones[:, 0], e.hints.bones[:, 1]
             along = (landmarks[..., far, 2] - landmarks[..., near, 2]) * scale / e.height
-            terms["told"] = term.where_told(seen[..., e.told.landmarks])
-            terms["sides"] = term.sides_as_told(
-                along, signs=_tensor(e.told.signs), depths=_tensor(e.told.depths)
+            terms["given_places"] = term.at_given_places(seen[..., e.hints.landmarks])
+            terms["given_sides"] = term.on_given_sides(
+                along, signs=_tensor(e.hints.signs), depths=_tensor(e.hints.depths)
             )
         return terms
 
@@ -268,13 +268,13 @@ class Objective:
         """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the
         camera's."""
         s, height = self.settings, self.evidence.height
-        seen = term.seen_where_told(
+        seen = term.seen_at(
             unknowns.project(vertices),
             self._dense_pixels,
             weights=self._dense_weights,
             height=height,
         )
-        deep = term.deep_as_told(
+        deep = term.depths_agree(
             scale * vertices[:, 2],
             self._dense_depths,
             weights=self._dense_depth_weights,
@@ -297,7 +297,7 @@ class Objective:
         return loss
 
     def _skin(self, unknowns: Unknowns) -> FloatArray:
-        """All vertices (V, 3) float32 as they are now."""
+        """Current vertices (V, 3) float32."""
         import torch
 
         with torch.no_grad():

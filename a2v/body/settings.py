@@ -55,8 +55,8 @@ class FitSettings:
     height_sigma : float
         Uncertainty of that height, meters.
     distance : float, optional
-        From the camera to the person, meters; 0: an orthographic camera. Without it the photo says:
-        its focal length, else what is usual.
+        From the camera to the person, meters; 0: an orthographic camera. Default: from the
+        photo's focal length, else the usual distance.
     pose_weight : float
         Weight of the prior on pose, in the fit to the photo alone.
     shape_weight : float

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 LEAN = 0.05
 """Radians by which the trunks of one person in two photos differ in their lean."""
 LEANS = 2.0
-"""Over so many times that they count as different poses."""
+"""Robust scale of this difference, in multiples of `LEAN`."""
 ALIKE = 1.0
 """Weight of poses that are nearly the same."""
 

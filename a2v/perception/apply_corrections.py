@@ -25,16 +25,16 @@ _ALONG = {
 }
 """Landmarks of a hand or a foot, which move along with its joint."""
 _LEAST_DEPTH = 0.35
-"""Part of a limb's length by which its ends differ in depth at least, where somebody says which way
-it points."""
+"""Least difference in depth between the ends of a limb whose side is given, as a fraction of its
+length."""
 _CORE = 0.7
 """Part of a stroke's radius within which the mask is certain; between it and the radius the photo's
 edges count too."""
 
 
 def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = False) -> FloatArray:
-    """The mask (H, W) float32 with the strokes drawn into it, in pixels of it; of their `core`
-    alone if that is asked."""
+    """Draw strokes, in pixels of the mask, into the mask (H, W) float32; with `core` only their
+    inner part."""
     import cv2
 
     if not strokes:
@@ -78,11 +78,10 @@ def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
 def correct_landmarks(
     points: FloatArray, points_3d: FloatArray, corrections: Corrections
 ) -> tuple[FloatArray, FloatArray]:
-    """Landmarks in the picture and in space as the corrections have them.
+    """Apply corrections to the landmarks in the picture and in space.
 
-    A landmark that is moved far has no depth from then on: what was seen of it was of something
-    else. The bones of `Corrections.limbs` are turned to the said side by the depth that they have,
-    or by what their length in the picture leaves, and what hangs on them moves along.
+    A landmark that is moved far loses its depth, which was that of something else. The bones of `Corrections.limbs` are turned to the given side by their own depth, or by
+    the depth that follows from their length in the picture; landmarks beyond them move along.
 
     Parameters
     ----------
@@ -138,7 +137,7 @@ def _turn(space: FloatArray, bone: str, sign: float) -> None:
 
 
 def given_landmarks(corrections: Corrections) -> BoolArray | None:
-    """Which landmarks (33,) bool the user has placed; None for none."""
+    """Mask (33,) bool of the landmarks that the user has placed; None for none."""
     if not corrections.landmarks:
         return None
     given = np.zeros(len(LANDMARK_INDEX), bool)
@@ -146,7 +145,7 @@ def given_landmarks(corrections: Corrections) -> BoolArray | None:
     return given
 
 
-def told_sides(corrections: Corrections) -> FloatArray | None:
+def given_sides(corrections: Corrections) -> FloatArray | None:
     """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where
     nothing is said."""
     if not corrections.limbs:

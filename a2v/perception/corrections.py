@@ -1,5 +1,5 @@
-"""What a user corrects of what was seen in a photo: landmarks, which way a limb points, the mask,
-and who is meant."""
+"""A user's corrections of the detection in a photo: landmarks, directions of limbs, the mask, and
+which person is meant."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_STROKES = 500
 MAX_POINTS = 20_000
 """Of all strokes together."""
 MAX_PERSON = 5
-"""People that are told apart in a photo."""
+"""Largest number of people that are distinguished in a photo."""
 UNITS = ("pixels", "fractions")
 WAYS = {"front": 1.0, "back": -1.0}
 """Where the far end of a limb's bone lies, seen from its near end, and the sign of that depth."""
@@ -51,7 +51,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """What a user says of a photo instead of the detectors.
+    """Values of a user that replace those of the detectors.
 
     Attributes
     ----------
@@ -78,8 +78,8 @@ class Corrections:
 
     @classmethod
     def of(cls, content: object, source: object = "the corrections") -> Corrections:
-        """Corrections out of YAML or JSON; see docs/perception.md. `source` is what messages call
-        it.
+        """Corrections out of YAML or JSON; see docs/perception.md. `source` names them in
+        messages.
 
         Raises
         ------
@@ -170,12 +170,12 @@ class Corrections:
 
 
 def read_corrections(data: bytes, source: object) -> Corrections:
-    """Corrections out of a YAML file's bytes; `source` is what messages call it.
+    """Corrections out of a YAML file's bytes; `source` names it in messages.
 
     Raises
     ------
     InputError
-        It is no YAML, too long, or says what cannot be.
+        It is no YAML, too long, or has an impossible value.
     """
     if len(data) > MAX_BYTES:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Where the person of a photo is: landmarks, a rough mask, and whose else is in it."""
+"""Find the person in a photo: landmarks, a rough mask, and other people."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Located:
     others : (H, W) bool or None
         Mask of other people.
     boxes : (n, 4) float32 or None
-        Left, top, right, bottom of all who are large enough to be meant, the largest first; None
-        where it is one.
+        Left, top, right, bottom of all people who are large enough to be meant, the largest first;
+        None for a single person.
     """
 
     keypoints: FloatArray

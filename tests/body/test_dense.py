@@ -33,7 +33,7 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     def deep(moved: torch.Tensor) -> float:
         told = torch.from_numpy(found.depths)
         return float(
-            term.deep_as_told(camera.scale * moved[:, 2], told, weights=weights, height=height)
+            term.depths_agree(camera.scale * moved[:, 2], told, weights=weights, height=height)
         )
 
     at_truth = deep(skin)

@@ -199,7 +199,7 @@ class StageTraining(Training):
         self.reader = ViewReader()
 
     def begin(self) -> None:
-        """Take over another run's networks, if that is asked for."""
+        """Begin with another run's networks if the settings name one."""
         if not self.settings.initial:
             return
         folder = WEIGHTS if self.settings.initial == "shipped" else Path(self.settings.initial)
@@ -311,13 +311,13 @@ def _align(
 ) -> dict[str, Tensor]:
     """`align_example` of a batch with maps (B, 8, 256, 256)."""
     depths = maps[:, 6:].detach().float().cpu().numpy()
-    told = [
+    aligned = [
         align_example(view, example, depth)
         for view, example, depth in zip(views, examples, depths, strict=True)
     ]
     return {
-        name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device)
-        for name in told[0]
+        name: torch.from_numpy(np.stack([one[name] for one in aligned])).to(maps.device)
+        for name in aligned[0]
     }
 
 

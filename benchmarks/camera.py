@@ -35,6 +35,7 @@ from a2v.lab.evaluation.reconstruction import (
     open_studio,
 )
 from a2v.lab.evaluation.reconstruction.cases import Case
+from a2v.lab.evaluation.reconstruction.maps import mask_in_photo
 from a2v.lab.studio.studio import Studio
 from a2v.perception import PerceptionSettings, find_person
 from a2v.perception.bodymap import look_at_body, mended
@@ -90,8 +91,15 @@ def measured(studio: Studio, pin: Pin, fits: Sequence[str], options: argparse.Na
             continue
         case = open_case(studio, pin, folder / "cases")
         (folder / "seen").mkdir(exist_ok=True)
+        subject = seen(case, folder / "seen" / f"{pin.index}.npz")
+        person, true = mask_in_photo(subject) > 0.5, case.mask > 127
+        if (person & true).sum() < 0.5 * (person | true).sum():
+            print(
+                pin.avatar, pin.index, "perception took something else for the person", flush=True
+            )
+            return
         try:
-            found = measure(case, seen(case, folder / "seen" / f"{pin.index}.npz"), fit)
+            found = measure(case, subject, fit)
         except InputError as error:
             print(pin.avatar, pin.index, fit, error, flush=True)
             continue

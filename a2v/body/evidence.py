@@ -160,6 +160,14 @@ class Evidence:
     photo: tuple[float, float] = (0.0, 0.0)
 
     @property
+    def distance_spread(self) -> float:
+        """`View.spread` if the fit may change the camera's distance; 0 if it keeps the distance.
+
+        Only standing people show the distance: in action, errors of the pose count for more.
+        """
+        return self.view.spread if all(self.standing) else 0.0
+
+    @property
     def has_depth(self) -> bool:
         """Whether any 3D keypoints are known."""
         return self.points is not None
@@ -322,8 +330,8 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
 
 
 def _box(subject: Subject, field: MaskField | None) -> FloatArray:
-    """Left, top, right, bottom (4,) of the person by the mask, or by the landmarks where there is
-    none, pixels."""
+    """Left, top, right, bottom (4,) of the person in pixels, by the mask or else by the
+    landmarks."""
     if field is not None and field.inside.any():
         rows, columns = np.nonzero(field.inside)
         return field.step * np.array(

@@ -236,6 +236,8 @@ class Fit:
             unknowns, "silhouette"
         )  # before the body moves to its place on the ground
         camera = self._ground(unknowns, objective.space)
+        if self.evidence.distance_spread > 0:
+            camera = dataclasses.replace(camera, source=f"{self.evidence.view.source}, and the fit")
         return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
     def to_surface(self, unknowns: Unknowns, surface: Surface, camera: PhotoCamera) -> FitResult:

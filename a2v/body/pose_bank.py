@@ -103,8 +103,8 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
     """The `count` poses, each turned about the vertical, whose landmarks look most like the
     photo's, the best first.
 
-    Two of them differ by `apart` meters at least in the mean place of a landmark. What the detector
-    says of depth counts too, robustly and less.
+    The landmarks of any two differ by at least `apart` meters on average. The detector's depths
+    count too, robustly and with less weight.
     """
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     weight = evidence.weights[index]
@@ -192,7 +192,7 @@ def alike_outline(
     """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill
     it, the best first.
 
-    Two of them differ by `apart` meters at least in the mean place of a landmark. The misfit is
+    The landmarks of any two differ by at least `apart` meters on average. The misfit is
     relative to the height.
     """
     rows, columns = np.nonzero(mask.inside)

@@ -8,6 +8,7 @@ data. `FitSettings` holds those that a user may change.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from a2v.body.collision import LimbBalls
@@ -48,8 +49,8 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
-    """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of
-    the height, within 0.3 %.
+    """Penalty for landmarks over 2.2 % of the height off, within 0.3 %; robust, since the detector may
+    be wrong.
 
     `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's
     height.
@@ -112,6 +113,11 @@ def collision(balls: LimbBalls, state: BodyState) -> Tensor:
 def held_camera(height: Tensor) -> Tensor:
     """A camera is held at a usual `height` () over the ground, meters."""
     return ((height - HELD) / 0.2).square()
+
+
+def usual_distance(log_distance: Tensor, *, estimate: float, spread: float) -> Tensor:
+    """A camera's distance lies near its `estimate`, meters, by the `spread` of the logarithm."""
+    return ((log_distance - math.log(estimate)) / spread).square()
 
 
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:

@@ -47,7 +47,7 @@ def fit_together(
 
     It starts from the fit to each photo alone and minimizes the sum of their objectives; the prior
     of the shape counts once. Poses that are nearly the same are drawn together
-    (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then
+    (`a2v.body.terms.alike`): a person photographed from two sides mostly keeps the pose, and
     each photo shows the depth that the other does not.
 
     Parameters

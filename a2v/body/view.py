@@ -39,12 +39,15 @@ class View:
         As of `PhotoCamera`.
     axis : tuple of 2 float
         Pixel that the optical axis meets.
+    spread : float
+        Standard deviation of the logarithm of the distance; 0 for a distance that is known.
     """
 
     distance: float = 0.0
     pitch: float = 0.0
     axis: tuple[float, float] = (0.0, 0.0)
     source: str = ""
+    spread: float = 0.0
 
     @classmethod
     def of(cls, camera: PhotoCamera) -> View:
@@ -79,6 +82,7 @@ def estimated_view(
         Given by the user, meters; 0 for an orthographic camera.
     """
     axis = (float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2)
+    spread = 0.0
     if distance == 0:
         return View(source="orthographic, as asked")
     if distance is not None:
@@ -89,16 +93,17 @@ def estimated_view(
             "the focal length in the photo's file",
         )
     else:
-        distance, source = USUAL[0], "what is usual"
+        distance, source, spread = USUAL[0], "what is usual", USUAL[1]
         sides = sorted(subject.photo_size)
         if min(abs(sides[1] / sides[0] / shape - 1) for shape in _SHAPES) < 0.01:
             lens, own = _by_lens(subject, _LENS, height, tall), (_LENS_SPREAD / USUAL[1]) ** 2
             distance = math.exp((math.log(lens) + own * math.log(USUAL[0])) / (1 + own))
+            spread = USUAL[1] * math.sqrt(own / (1 + own))
             source = "a telephone's usual field of view and the person's share of the photo"
     distance = float(np.clip(distance, *_LIMITS)) if source != "given" else distance
     over = tall * (box[3] - axis[1]) / height  # of the axis over the ground
     pitch = float(np.clip(np.arctan((HELD - over) / distance), -STEEPEST, STEEPEST))
-    return View(distance, pitch, axis, source)
+    return View(distance, pitch, axis, source, spread)
 
 
 def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:

@@ -1,9 +1,9 @@
 """The body map: for each pixel of a person the place on the body and the depth, and 3D landmarks,
 predicted by a network.
 
-The network is BlazePose's, trained on in the studio (`a2v.lab.bodymap`): it knows no person's size,
-so that all lengths are in pixels, and all depths are measured over the floor from the middle of the
-hips, as in `a2v.types.Subject`.
+The network is BlazePose's, trained further in the studio (`a2v.lab.bodymap`). It cannot know a
+person's size, so all lengths are in pixels; all depths are measured over the floor from the middle
+of the hips, as in `a2v.types.Subject`.
 """
 
 from __future__ import annotations

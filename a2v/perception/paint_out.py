@@ -82,11 +82,11 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
 
 
 def shadow_around(photo: ByteArray, hole: BoolArray) -> BoolArray:
-    """Pixels (H, W) next to the `hole` (H, W) that are darker than what lies around says: the
-    person's shadow.
+    """The person's shadow: pixels (H, W) next to the `hole` (H, W) that are darker than the
+    surroundings.
 
-    A wider hole is filled; what the photo shows darker there, without another hue and joined to the
-    person, is the shadow.
+    A wider hole is filled. Where the photo is darker than this filling, of the same hue and joined
+    to the person, there is the shadow.
     """
     import cv2
 

@@ -295,8 +295,8 @@ def _integrated(
     *,
     rounds: int,
 ) -> FloatArray:
-    """The picture (H, W, 3) whose hole has these differences to the right and below, and goes over
-    into what is known.
+    """The picture (H, W, 3) whose hole has these differences to the right and below, and that
+    continues the known pixels.
 
     The sum of the differences' errors is minimized, not of their squares (reweighted in `rounds`):
     where a piece does not meet the rim there is an edge, and its color does not spread over the

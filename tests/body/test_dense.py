@@ -90,6 +90,25 @@ def test_pixels_beside_landmarks_that_lie_elsewhere_count_less() -> None:
     assert away.max() < 0.1
 
 
+def test_of_standing_people_depths_and_the_head_have_no_weight() -> None:
+    body = random_body(3)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    height = camera.scale * float(np.ptp(body.vertices[:, 1]))
+    plain, standing = (
+        gather_dense(found, subject.keypoints, height=height, count=4096, seed=0, standing=own)
+        for own in (False, True)
+    )
+    assert plain is not None
+    assert standing is not None
+    assert not standing.depth_weights.any()
+    head = standing.weights == 0
+    assert 0.03 < head.mean() < 0.25
+    chin = found.landmarks[[9, 10], 1].mean()
+    assert standing.pixels[head, 1].max() < chin + 0.12 * height  # the neck
+    np.testing.assert_array_equal(standing.weights[~head], plain.weights[~head])
+
+
 def test_bad_numbers_of_pixels_are_refused() -> None:
     with pytest.raises(InputError, match="dense_pixels"):
         FitSettings(dense_pixels=-1)

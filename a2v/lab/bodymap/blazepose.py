@@ -2,7 +2,7 @@
 has seen real photographs.
 
 BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, Apache-2.0 like
-what is trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
+the weights trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
 carries.
 """
 

@@ -1,4 +1,4 @@
-"""From quick views to what the body map is trained with: pictures, truths, and changes that
+"""Training examples of the body map from quick views: pictures, truths, and changes that
 photographs and their masks may have."""
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range
 
 
 def landmark_weights() -> FloatArray:
-    """How much each landmark (33,) counts: eyes, mouth, fingers and toes less than what the fit
-    holds to."""
+    """Weights of the landmarks (33,): eyes, mouth, fingers and toes have less than those that the fit
+    relies on."""
     weights = np.ones(len(BLAZEPOSE), np.float32)
     for weight, chosen in _LESS.items():
         weights[list(chosen)] = weight
@@ -119,11 +119,10 @@ def mirrored(example: Example) -> Example:
 def _changed(
     picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) mostly on gray, with something before it, in other light; and a
+    """A picture (256, 256, 3) mostly on gray, with something in front of it, in other light; and a
     mask (256, 256) with errors, or none at all.
 
-    Two masks in five take what is near the person of `things` (256, 256) for the person, as
-    segmentations do.
+    Two masks in five include the `things` (256, 256) near the person, as segmentations do.
     """
     import cv2
 

@@ -81,9 +81,9 @@ class Example:
     normals : (6, 256, 256), depth : (2, 256, 256)
         As in `Prepared`.
     points : dict of (N, ...)
-        ``position`` (3) in the view's frame, ``place`` (2), and what they are for: ``distance`` of
-        points in space, or ``normals`` (3) and ``colors`` (3) of points on the surface. What the
-        networks get of them comes from `align_example`.
+        ``position`` (3) in the view's frame, ``place`` (2), and the targets: ``distance`` of
+        points in space, or ``normals`` (3) and ``colors`` (3) of points on the surface. The inputs
+        of the networks at them come from `align_example`.
     part : dict
         For the fine level, else empty: ``photo`` (4, crop, crop) of the frame's 1024 px, true
         ``normals`` (6, crop / 2, crop / 2), and ``corner`` (2): left and top of the part, pixels of

@@ -30,11 +30,11 @@ _ON_SURFACE = tuple(
 
 
 def framed(view: View, guide_faces: IntArray) -> View:
-    """The square of a view around what its mask shows, as a view of its own; what the photo does
-    not show of the person is not sampled.
+    """The square of a view around its mask, as another view; parts of the person outside of the
+    photo are not sampled.
 
     A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), and where the mask
-    ends at a thing nothing tells whether the person does. So there are no normals and depths at
+    ends at a thing the person may continue behind it. So there are no normals and depths at
     hidden pixels, and no samples behind them, nor where the photo is cut off.
 
     Parameters

@@ -13,7 +13,7 @@ REACH = 0.05
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean of |error| near the surface in decimeters, beyond `REACH` of what is missing to it, plus
+    """Mean of |error| near the surface in decimeters, beyond `REACH` of the shortfall, plus
     the occupancy's cross entropy."""
     error = torch.where(
         true.abs() > REACH,

@@ -84,7 +84,7 @@ def estimated_view(
     axis = (float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2)
     spread = 0.0
     if distance == 0:
-        return View(source="orthographic, as asked")
+        return View(source="orthographic, as given")
     if distance is not None:
         source = "given"
     elif subject.focal_length is not None:
@@ -93,7 +93,7 @@ def estimated_view(
             "the focal length in the photo's file",
         )
     else:
-        distance, source, spread = USUAL[0], "what is usual", USUAL[1]
+        distance, source, spread = USUAL[0], "the usual distance", USUAL[1]
         sides = sorted(subject.photo_size)
         if min(abs(sides[1] / sides[0] / shape - 1) for shape in _SHAPES) < 0.01:
             lens, own = _by_lens(subject, _LENS, height, tall), (_LENS_SPREAD / USUAL[1]) ** 2

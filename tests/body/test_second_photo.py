@@ -53,5 +53,5 @@ def test_the_summary_names_camera_limbs_and_photo() -> None:
     assert "trunk" not in second
     assert third.endswith("back")
     assert summary({}) == []
-    flat = {"distance": 0.0, "distance_from": "orthographic, as asked"}
-    assert summary({"camera": flat}) == ["camera far away (orthographic, as asked)"]
+    flat = {"distance": 0.0, "distance_from": "orthographic, as given"}
+    assert summary({"camera": flat}) == ["camera far away (orthographic, as given)"]

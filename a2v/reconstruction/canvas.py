@@ -11,6 +11,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
@@ -175,7 +176,15 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
 
 def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:
     """Which pixels (h, w), every `STEP`-th, the mask has for the person where the photo shows what
-    is around a fitted body."""
+    is around a fitted body, or what its hands hold."""
+    shown = body_shown(body, subject, camera)
+    scale = camera.scale / STEP
+    return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
+
+
+def body_shown(body: Body, subject: Subject, camera: Camera) -> IntArray:
+    """Part (h, w) that a fitted body, without clothes, shows on every `STEP`-th pixel of the photo;
+    -1 for none."""
     height, width = (side // STEP for side in subject.mask.shape)
     flat = camera.flatten(body.vertices).astype(np.float32)
     skin = Surface(
@@ -183,8 +192,7 @@ def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArra
         faces=np.asarray(body.faces, np.int32),
         colors=np.zeros(flat.shape, np.float32),
     )
-    shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
-    return like_surroundings(subject, shown, camera.scale / STEP)
+    return parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
 
 
 def part_agreement(

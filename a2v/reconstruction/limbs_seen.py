@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
@@ -34,6 +34,13 @@ _LIKE = 15.0
 """Colors so near to the face's, CIELAB units, are skin."""
 _GLOVE = 0.25
 """Hands of which a smaller share is like it wear gloves."""
+_BARE_FEET = 0.85
+"""Feet are bare where at least this share of what each shows, and of the shins above the ankles, is
+like the face's skin: shoes of the skin's color are more common than feet without any."""
+_ANKLE = 0.12
+"""Shins up to this height above the ankle are compared, meters."""
+_FEW = 30
+"""Pixels of a foot, and of a shin, that are needed."""
 _FINGERS = (
     (0, 1, 2, 3, 4),
     (0, 5, 6, 7, 8),
@@ -136,6 +143,45 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
         ):
             return None
     return np.asarray(like)
+
+
+def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
+    """Whether the photo shows feet without shoes; False where it does not tell.
+
+    Parameters
+    ----------
+    body : Body
+        Fitted.
+    shown : (h, w) int
+        Part that the posed body shows on every `step`-th pixel; -1 for none.
+    """
+    import cv2
+    from skimage.color import rgb2lab
+
+    if subject.face is None:
+        return False
+    size = shown.shape[::-1]
+    small = cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)
+    lab = np.asarray(rgb2lab(small), np.float64)
+    column, row = (subject.face[:, :2] / step).astype(np.int64).T
+    tone = lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])
+    if tone is None:
+        return False
+    like = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
+    mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.9
+    seen = 0
+    for side, letter in (("left", ".L"), ("right", ".R")):
+        ankle = body.bone_transforms[body.bone_names.index(f"foot{letter}"), :3, 3]
+        lowest = camera.project(ankle[None].astype(np.float64))[0, 1] / step
+        rows = np.arange(size[1])[:, None]
+        near = (rows > lowest - _ANKLE * camera.scale / step) & mask
+        parts = [near & (shown == PARTS.index(f"{side}_{part}")) for part in ("foot", "shin")]
+        if min(part.sum() for part in parts) < _FEW:
+            continue
+        seen += 1
+        if min(like[part].mean() for part in parts) < _BARE_FEET:
+            return False
+    return seen > 0
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:

@@ -37,6 +37,15 @@ TINTED = 0.04
 OTHER_HUE = 15.0
 """So far apart in CIELAB's a and b, two colors are of different stuff."""
 
+_PALETTE_SIZE = 8
+"""Colors that stand for what the photo shows of a garment."""
+_PALETTE_LEAST = {UPPER: 200, LOWER: 200, SHOES: 60}
+"""A garment of which the photo shows fewer vertices keeps its expected colors."""
+_PALETTE_NEAR = 4.0
+"""Hidden cloth keeps a color that is as near as this to the garment's palette, CIELAB units."""
+_PALETTE_PULL = np.array([0.3, 0.8, 0.8])
+"""Share of the rest of its distance, in lightness, a and b, by which it moves to the palette."""
+
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
@@ -161,7 +170,7 @@ def continue_photo(
         ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     )
     return Continuation(
-        labels=labels, expected=_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), doubtful=doubtful | unlike, neighbors=own, continues=continues,
+        labels=labels, expected=in_palette(_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), labels, seen.known), doubtful=doubtful | unlike, neighbors=own, continues=continues,
         _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
         _detail=np.asarray(clean - base, np.float32), _scale=camera.scale,
     )  # fmt: skip
@@ -245,3 +254,28 @@ def _smooth(
             else colors[own]
         )
     return np.asarray(smooth)
+
+
+def in_palette(expected: FloatArray, labels: IntArray, known: BoolArray) -> FloatArray:
+    """Expected colors (V, 3), smooth, of which those of hidden cloth move to colors that the photo
+    shows of the same garment; `known` (V,) vertices keep theirs.
+
+    Networks expect the mean of what may be there: the back of a colored shirt is too pale.
+    """
+    from scipy.cluster.vq import kmeans2
+    from scipy.spatial import cKDTree
+    from skimage.color import lab2rgb, rgb2lab
+
+    result = expected.copy()
+    for kind, least in _PALETTE_LEAST.items():
+        shown, hidden = (labels == kind) & known, (labels == kind) & ~known
+        if shown.sum() < least or not hidden.any():
+            continue
+        lab = rgb2lab(np.clip(expected[shown], 0, 1))
+        centers, member = kmeans2(lab, _PALETTE_SIZE, minit="++", seed=0)
+        palette = centers[np.bincount(member, minlength=_PALETTE_SIZE) > 0]
+        own = rgb2lab(np.clip(expected[hidden], 0, 1))
+        away, nearest = cKDTree(palette).query(own)
+        share = np.clip(1 - _PALETTE_NEAR / np.maximum(away, 1e-9), 0, 1)[:, None]
+        result[hidden] = lab2rgb(own + share * _PALETTE_PULL * (palette[nearest] - own))
+    return result

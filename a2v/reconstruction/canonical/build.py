@@ -13,6 +13,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import skirt_hem
@@ -22,13 +23,21 @@ from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import BELOW, covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
-from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
-from a2v.reconstruction.canvas import surroundings_taken
+from a2v.reconstruction.canonical.wear import (
+    flat_soles,
+    in_shoes,
+    in_tips,
+    thin_under_skirt,
+    without_anatomy,
+)
+from a2v.reconstruction.canvas import STEP, body_shown, surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
-from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
+from a2v.reconstruction.limbs_seen import bare_feet
+from a2v.types import Body, BoolArray, FloatArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
+FEET = tuple(name for name in PARTS if name.endswith("foot"))
 _BENT = (0.55, 0.95)
 """In the creases of bent joints skinning shrinks the body: by its determinant, displacements count
 `_CREASED` up to the first value, and whole from the second on."""
@@ -74,7 +83,14 @@ def canonical_person(
         Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
     """
     mesh, person = topology(), sight.person
-    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings())
+    bare = bare_feet(
+        sight.subject,
+        sight.body,
+        sight.camera,
+        body_shown(sight.body, sight.subject, sight.camera),
+        STEP,
+    )
+    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings(), bare=bare)
     hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
     hangs = (
         (
@@ -91,7 +107,7 @@ def canonical_person(
         mesh.skin
         & ~on_parts(parts, *HANDS)
         & ~laid.around(mesh, at_rest)
-        & ~in_tips(body, at_rest, parts)
+        & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
     )
     skirt = (
         make_skirt(
@@ -100,16 +116,19 @@ def canonical_person(
         if hangs
         else None
     )
+    hidden = np.zeros(len(asked), bool)
     if skirt is not None:
-        asked &= ~covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
-    sole = on_parts(parts, "left_foot", "right_foot") & (
-        ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN
-    )
+        hidden = covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
+        asked &= ~hidden
+    sole = on_parts(parts, *FEET) & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
     offset = solve_offsets(
         rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
     )
-    vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
+    vertices = at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces)
+    vertices = vertices if bare else flat_soles(vertices, parts)
+    if skirt is not None:
+        vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
     standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = (
@@ -118,7 +137,7 @@ def canonical_person(
         )
     surface = Surface(
         vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
+        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "bare_feet": bare, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(
         person, surface=surface, expected_colors=_expected(person, surface), from_body=False
@@ -126,11 +145,11 @@ def canonical_person(
 
 
 def _shod(
-    given: Sequence[Sight], face: FaceSettings
+    given: Sequence[Sight], face: FaceSettings, *, bare: bool
 ) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
     """The sights with the head turned as the photo that shows the face best has it, which one that
-    is, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and with
-    shoes: in the pose of every photo, and at rest.
+    is, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and, unless
+    the feet are `bare`, with shoes: in the pose of every photo, and at rest.
     """
     sights, shown = list(given), face_of([sight.subject for sight in given])
     faced = sights[shown]
@@ -143,7 +162,7 @@ def _shod(
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(sights[shown].body, rest)
+    shod = in_shoes(sights[shown].body, rest, bare=bare)
     own = posed + np.einsum("vab,vb->va", turns, shod - rest)
     return (
         sights,
@@ -215,16 +234,6 @@ def blended_turns(body: Body) -> FloatArray:
     turns = moved_from_rest(body)[..., :3]
     mouth = topology().nearest[EYES.stop]
     return np.concatenate([turns, np.tile(turns[mouth], (len(teeth().vertices), 1, 1))])
-
-
-def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
-    """The four largest skinning weights (V, 4) of the mesh, largest first, and their bones (V,
-    4)."""
-    of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
-    dense = mesh.spread(np.concatenate([body.weights, of_teeth]))
-    bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
-    largest = np.take_along_axis(dense, bones, axis=1).astype(np.float64)
-    return largest / largest.sum(axis=1, keepdims=True), bones
 
 
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.canvas import STEP, parts_shown
+from a2v.reconstruction.canvas import STEP, body_shown
 from a2v.reconstruction.limbs_seen import lit_skin
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject, Surface
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _ALONG = np.linspace(0.3, 1.75, 88)
 """Where both legs are asked: 0 at the hip, 1 at the knee, 2 at the ankle."""
@@ -113,14 +113,7 @@ def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
 
 def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
     """Which pixels (h, w), every `STEP`-th, show legs, and nothing before them."""
-    height, width = (side // STEP for side in subject.mask.shape)
-    flat = camera.flatten(body.vertices).astype(np.float32)
-    skin = Surface(
-        vertices=flat,
-        faces=np.asarray(body.faces, np.int32),
-        colors=np.zeros(flat.shape, np.float32),
-    )
-    shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
+    shown = body_shown(body, subject, camera)
     near = on_parts(
         np.arange(len(PARTS)),
         "torso",

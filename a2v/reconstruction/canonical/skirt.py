@@ -30,7 +30,7 @@ _THICK = 0.003
 """Of the cloth, meters."""
 _BAND = 0.02
 """Skin up to so far above and below a row says how wide the legs are there, meters."""
-_SIDE = 0.7
+_SIDE = 1.0
 """Left of this share of the half width the cloth follows the left thigh, right of it the right one,
 and between both."""
 _START = 0.06

@@ -28,6 +28,14 @@ _STUB = 120.0
 """Stiffness by which toes shrink to a stub, in squares of edges."""
 _SPREAD = 120
 """Rounds that spread the vertices over a shoe's tip."""
+_THINNED = 0.5
+"""Under a skirt legs lose this share of their radius, so that no step brings them through it."""
+_THIN_BELOW = (0.02, 0.1)
+"""They begin to do so at the first height above the hem, meters, and do so wholly at the second."""
+_THIN_ABOVE = (-0.02, 0.03)
+"""They stop doing so between these heights above the hip joints, meters."""
+_MIDDLE = 0.03
+"""Skin nearer to the middle between both legs than this, meters, moves less."""
 
 
 def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
@@ -42,9 +50,11 @@ def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
     return result
 
 
-def in_shoes(body: Body, rest: FloatArray) -> FloatArray:
+def in_shoes(body: Body, rest: FloatArray, *, bare: bool = False) -> FloatArray:
     """Anny's vertices and teeth (13854, 3) at rest, with toes that are closed and soles that are
-    flat."""
+    flat; `bare` feet keep the body's own."""
+    if bare:
+        return rest.copy()
     result = rest.copy()
     faces = np.asarray(body.faces, np.int64)
     for side, letter in (("left", ".L"), ("right", ".R")):
@@ -134,3 +144,30 @@ def _evened_feet(body: Body, faces: IntArray, skin: FloatArray) -> FloatArray:
             * (1 - smoothstep(skin[:, 2] - ankle, _BALL[1], 1.5 * _BALL[1]))
         )
     return np.asarray(skin + share[:, None] * (evened(own, skin, 6) - skin))
+
+
+def thin_under_skirt(vertices: FloatArray, body: Body, hidden: BoolArray, hem: float) -> FloatArray:
+    """Vertices (V, 3) at rest with legs thinned where they are `hidden` (V,) under a skirt that
+    ends at the height `hem`, meters.
+
+    The skirt follows both thighs in part, and each thigh follows itself: without this, a thigh that
+    swings forward comes through the cloth.
+    """
+    joints = [
+        np.stack(
+            [
+                body.rest_transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3]
+                for bone in ("foot", "lowerleg01", "upperleg01")
+            ]
+        ).astype(np.float64)
+        for letter in (".L", ".R")
+    ]
+    result, height = vertices.copy(), vertices[:, 1]
+    hips = np.mean([leg[2, 1] for leg in joints])
+    share = smoothstep(height - hem, *_THIN_BELOW) * (1 - smoothstep(height - hips, *_THIN_ABOVE))
+    share = _THINNED * hidden * share * smoothstep(np.abs(vertices[:, 0]), 0.0, _MIDDLE)
+    for leg, own in zip(joints, (vertices[:, 0] > 0, vertices[:, 0] <= 0), strict=True):
+        for axis in (0, 2):
+            middle = np.interp(height[own], leg[:, 1], leg[:, axis])
+            result[own, axis] += share[own] * (middle - vertices[own, axis])
+    return result

@@ -155,19 +155,47 @@ def compare_moved(
         values[name] |= _pictures(case, moved, pose, settings)
         if name == T_POSE:
             values[name]["other"] = 100 * _other_colors(case, moved, pose, settings)
+            values[name] |= _same_size(case, moved, pose, settings)
     return values
+
+
+def _same_size(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
+) -> dict[str, float]:
+    """The distances after the similarity alignment, and the character's size in that of the truth
+    (%): one photo does not tell it, for the depth at which its pixels are measured is not known."""
+    faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
+    true = case.vertices[pose].astype(np.float64)
+    mine, theirs = _points(moved.vertices[pose], faces, settings), _points(true, outer, settings)
+    truth = Scan(RayScene(case.vertices[pose], outer), true[outer], theirs)
+    rotation, shift, size = align(Scan.of(moved.vertices[pose], faces, mine), truth, sized=True)
+    placed = size * moved.vertices[pose] @ rotation.T + shift
+    found = _distances_between(placed, faces, case.vertices[pose], outer, settings)
+    return {f"sized_{name}": value for name, value in found.items()} | {"size": 100 / size}
 
 
 def _distances(
     case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
 ) -> dict[str, float]:
-    faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
-    mine, theirs = (
-        _points(moved.vertices[pose], faces, settings),
-        _points(case.vertices[pose], outer, settings),
+    return _distances_between(
+        moved.vertices[pose],
+        moved.character.surface.faces.astype(np.int64),
+        case.vertices[pose],
+        case.surface.faces[case.outer],
+        settings,
     )
-    forth = RayScene(case.vertices[pose], outer).closest(mine).distance
-    back = RayScene(moved.vertices[pose], faces).closest(theirs).distance
+
+
+def _distances_between(
+    own: FloatArray,
+    own_faces: IntArray,
+    true: FloatArray,
+    true_faces: IntArray,
+    settings: MovedSettings,
+) -> dict[str, float]:
+    mine, theirs = _points(own, own_faces, settings), _points(true, true_faces, settings)
+    forth = RayScene(true, true_faces).closest(mine).distance
+    back = RayScene(own, own_faces).closest(theirs).distance
     return {
         "chamfer": 50 * float(forth.mean() + back.mean()),
         "within": 100 * float(np.quantile(np.concatenate([forth, back]), 0.99)),

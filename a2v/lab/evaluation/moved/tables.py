@@ -18,6 +18,9 @@ COLUMNS: Mapping[str, tuple[str, str, int]] = {
     "within": ("99 % within cm↓", "within", 1),
     "torn": ("Torn %↓", "torn", 2),
     "other": ("Other part's color %↓", "other", 2),
+    "sized_chamfer": ("Chamfer, sizes equal, cm↓", "sized_chamfer", 2),
+    "sized_within": ("99 % within, sizes equal, cm↓", "sized_within", 1),
+    "size": ("Size %", "size", 1),
     "psnr": ("PSNR↑", "psnr", 2),
     "ssim": ("SSIM↑", "ssim", 3),
 }
@@ -52,7 +55,7 @@ class MovedOutcome:
     def value(self, metric: str, motion: bool) -> float:
         """Of the T-pose, or the mean of the frames of `motion`."""
         if not motion:
-            return self.scores[T_POSE][metric]
+            return self.scores[T_POSE].get(metric, float("nan"))
         return float(
             np.mean([values[metric] for pose, values in self.scores.items() if pose != T_POSE])
         )

@@ -114,7 +114,7 @@ def _common(colors: FloatArray, own: FloatArray) -> BoolArray:
     alike = cKDTree(samples).query_ball_point(
         asked * _ROUNDED, _STRANGE, workers=1, return_length=True
     )
-    return np.asarray(alike >= _COMMON * len(samples))[number.ravel()]
+    return np.asarray((alike >= _COMMON * len(samples))[number.ravel()])
 
 
 def _disk(radius: float) -> ByteArray:

@@ -21,6 +21,7 @@ from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten
 from a2v.npm import NpmPackages, find_node
+from a2v.props import Props
 from a2v.system import link_folder
 from a2v.types import Character
 
@@ -53,6 +54,7 @@ def write_fbx(
     clips: Clips | None = None,
     *,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
     """Write a textured (or vertex-colored), skinned and animated binary FBX, atomically.
 
@@ -67,6 +69,8 @@ def write_fbx(
     clips : Clips or None
     expressions : Strengths or None
         What the face does in the clips.
+    props : Props or None
+        Solids that stand in the scene: a mesh of its name for each.
 
     Raises
     ------
@@ -79,8 +83,9 @@ def write_fbx(
     """
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", _plain(character), clips, expressions=expressions)
-        glb_to_fbx(Path(folder) / "character.glb", path, fps=fps)
+        source = Path(folder) / "character.glb"
+        write_glb(source, _plain(character), clips, expressions=expressions, props=props)
+        glb_to_fbx(source, path, fps=fps)
 
 
 def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:

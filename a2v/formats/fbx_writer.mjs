@@ -107,7 +107,7 @@ scene.add(...gltf.scene.children);
 inCentimetres(scene, gltf.animations);
 scene.updateMatrixWorld(true);
 apart(scene, gltf.animations);
-if (picture) scene.traverse((object) => object.isMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
+if (picture) scene.traverse((object) => object.isSkinnedMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
 const exporter = new FBXExporter().register((plan) => {
   for (const [, entry] of plan.textures.textures) Object.assign(entry, { imageBytes: picture.bytes, extension: picture.extension, fileName: `texture.${picture.extension}` });
   for (const stack of plan.animStacks) {

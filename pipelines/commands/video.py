@@ -36,7 +36,7 @@ EXAMPLES = """examples:
 
 The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
 (a double click shows the character, turnable, beside the video) and report.json.
-Run again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
+Run again after an interruption: finished frames are remembered. Another action for the same photo reuses the character."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,10 @@ def actions_of(text: str, **options: str) -> list[str]:
     return [step.action for step in understand(text, **options).steps]
 
 
-@pytest.mark.parametrize(("name", "least"), [("words.csv", 200), ("words_everyday.csv", 60)])
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [("words.csv", 200), *((f"words_{name}.csv", 60) for name in ("everyday", "fresh", "blind"))],
+)
 def test_few_of_the_prompts_are_taken_wrongly_and_most_are_served(name: str, least: int) -> None:
     resolve, actions = today()
     rows = read_rows(name)

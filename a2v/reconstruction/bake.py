@@ -10,7 +10,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
-from a2v.reconstruction.backs.labels import HAIR
+from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.face.colors import EYE, FacePaint

@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
+from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
@@ -25,9 +25,11 @@ from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_col
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.merged import OtherPhoto, on_vertices
+from a2v.reconstruction.nearest import nearest_known, nearest_vertices
 from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
+from a2v.reconstruction.tones import even_tones, given_or_close, without_strangers
 from a2v.types import (
     BoolArray,
     FloatArray,
@@ -37,17 +39,6 @@ from a2v.types import (
     Subject,
     Surface,
 )
-
-RIM = (0.015, 0.035)
-"""Up to the first distance, meters, from what the photo shows well its colors go on, from the
-second on those of a given prior hold."""
-_TONED = 15
-"""At least so many vertices tell the tone of skin or hair."""
-_AROUND = 150
-"""So many vertices that are seen say what a hidden one looks like."""
-TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what
-it shows."""
 
 
 @dataclass(frozen=True)
@@ -225,14 +216,14 @@ def color_surface(
         )
         known, colors = on_vertices(trust, known, colors, others)
         seen, photo.known = seen | known, known
-    near = _nearest_vertices(apart, settings.neighbors)
+    near = nearest_vertices(apart, settings.neighbors)
     lent = np.zeros(len(known), bool)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
         hidden = on_parts(canvas.parts, *HANDS) & ~known
         if canvas.hands is not None:
             expected[hidden] = canvas.hands
-        reach, _ = _nearest_known(apart, known)
+        reach, _ = nearest_known(apart, known)
         lent = lent_to(canvas, known)
         expected[lent] = colors[canvas.twin[lent]]
     continued = None
@@ -261,7 +252,7 @@ def color_surface(
     )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = _even_tones(
+        base = even_tones(
             base,
             known & ~mouth,
             known | lent,
@@ -308,7 +299,7 @@ def _expected(
     expected = mirrored_prior(
         mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
     )
-    reach, nearest = _nearest_known(mesh.vertices, known)
+    reach, nearest = nearest_known(mesh.vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its color there, or next to there
         close = np.where(
@@ -316,7 +307,7 @@ def _expected(
             mesh.colors,
             mesh.colors[nearest],
         )
-        expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
+        expected = given_or_close(prior, close=close, otherwise=expected, reach=reach)
     return expected, reach
 
 
@@ -357,14 +348,6 @@ def _report(
     }
 
 
-def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
-    """Distance (V,), meters, to the nearest vertex that is `known` (V,), and its number (V,)."""
-    from scipy.spatial import cKDTree
-
-    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
-    return np.asarray(reach), np.flatnonzero(known)[nearest]
-
-
 def _check_given(
     count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings
 ) -> None:
@@ -386,46 +369,6 @@ def _head(spots: Spots | None) -> BoolArray | None:
     return None if spots is None else on_parts(spots.parts, "head", "neck")
 
 
-def _given_or_close(
-    prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray
-) -> FloatArray:
-    """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
-
-    Towards what the photo shows well, `reach` (V,) meters away, it fades into the photo's colors
-    `close` (V, 3); see `RIM`.
-    """
-    given = np.isfinite(prior).all(axis=1)
-    share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
-    return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
-
-
-def _even_tones(
-    base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
-) -> FloatArray:
-    """Colors (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
-    the photo shows: what a network expects there is often of another.
-
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. Of
-    skin it is the lighter half's: the other lies in the shadow of hair and chin.
-    """
-    from skimage.color import lab2rgb, rgb2lab
-
-    result, skin = base.copy(), None
-    for own in ((labels == SKIN) & bare, labels == HAIR):
-        if (own & known).sum() < _TONED or not (own & ~told).any():
-            continue
-        seen = rgb2lab(np.clip(base[own & known], 0, 1))
-        if skin is not None:  # at its border hair is mixed with skin
-            away = np.linalg.norm(seen - skin, axis=1)
-            seen = seen[away >= np.median(away)]
-        else:
-            seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
-        tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
-        result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
-    return result
-
-
 def _atlas(
     vertices: FloatArray,
     faces: IntArray,
@@ -439,35 +382,3 @@ def _atlas(
         if canvas is None
         else canvas.atlas
     )
-
-
-def without_strangers(
-    expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
-) -> FloatArray:
-    """Expected colors (V, 3) where the photo's pixel is another part's: the median of what it
-    shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides
-    it."""
-    from scipy.spatial import cKDTree
-
-    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
-    result = expected.copy()
-    for names in LIMB_PARTS:
-        own = on_parts(canvas.parts, *names)
-        shown = np.flatnonzero(own & known)
-        if (own & lost).any() and len(shown) >= 20:
-            beside = cKDTree(canvas.rest[shown]).query(
-                canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1
-            )[1]
-            result[own & lost] = np.median(colors[shown[beside]], axis=1)
-    return result
-
-
-def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
-    """The `count` nearest other vertices of each one (V, count); it need not come first itself
-    where points coincide."""
-    from scipy.spatial import cKDTree
-
-    neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])
-    own = neighbors == np.arange(len(neighbors))[:, None]
-    own[~own.any(axis=1), -1] = True
-    return np.asarray(neighbors[~own].reshape(len(neighbors), count))

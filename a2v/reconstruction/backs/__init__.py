@@ -6,7 +6,8 @@
 """
 
 from a2v.reconstruction.backs.continuation import Continuation, continue_photo
-from a2v.reconstruction.backs.labels import KINDS, Seen, label_surface, seen_before
+from a2v.reconstruction.backs.labels import label_surface
+from a2v.reconstruction.backs.seen import KINDS, Seen, seen_before
 from a2v.reconstruction.backs.twins import find_twins
 
 __all__ = [

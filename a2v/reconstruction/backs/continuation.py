@@ -12,7 +12,11 @@ from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import (
+from a2v.reconstruction.backs.labels import label_surface
+from a2v.reconstruction.backs.matching import Unrolled, match_surface
+from a2v.reconstruction.backs.pieces import neighbor_mean
+from a2v.reconstruction.backs.rings import around
+from a2v.reconstruction.backs.seen import (
     HAIR,
     HANDS,
     KINDS,
@@ -21,11 +25,7 @@ from a2v.reconstruction.backs.labels import (
     SKIN,
     UPPER,
     Seen,
-    label_surface,
 )
-from a2v.reconstruction.backs.matching import Unrolled, match_surface
-from a2v.reconstruction.backs.pieces import neighbor_mean
-from a2v.reconstruction.backs.rings import around
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])

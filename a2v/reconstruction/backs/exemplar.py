@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
+from a2v.reconstruction.backs.seen import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 BROAD = 0.025

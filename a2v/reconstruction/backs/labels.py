@@ -9,20 +9,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import PARTS, on_parts
 from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
+from a2v.reconstruction.backs.seen import (
+    ARM_PARTS,
+    FOOT_PARTS,
+    HAIR,
+    HANDS,
+    HEAD_PARTS,
+    LOWER,
+    SHOES,
+    SKIN,
+    UNSURE,
+    UPPER,
+    Seen,
+    allowed_parts,
+    lab_of,
+)
 from a2v.types import BoolArray, FloatArray, IntArray
 
-KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
-"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none
-explains."""
-UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
-
-_HEAD = ("head", "neck")
-_ARMS = tuple(part for part in PARTS if part.endswith("_arm"))
-_LEGS = tuple(part for part in PARTS if part.endswith(("thigh", "shin")))
-HANDS = tuple(part for part in PARTS if part.endswith("hand"))
-_FEET = tuple(part for part in PARTS if part.endswith("foot"))
 _NEVER = 60.0
 """Cost of a label on a part that does not wear it, in CIELAB units."""
 _SHADE = np.array([0.5, 1.0, 1.0])
@@ -134,101 +138,6 @@ _FRONT_ROUNDS = 4
 """Rounds of smoothing of the labels that the photo shows."""
 _BEHIND_ROUNDS = 10
 """Rounds of smoothing of those behind."""
-_TELLING = 20
-"""At least so many vertices of a limb that the photo shows say what lies before its hidden ones."""
-
-
-def allowed_parts(kind: int) -> tuple[str, ...]:
-    """The body parts on which a label may lie."""
-    return {
-        UNSURE: PARTS,
-        SKIN: PARTS,
-        HAIR: (*_HEAD, "torso"),
-        UPPER: ("neck", "torso", *_ARMS, *HANDS, *_LEGS),
-        LOWER: ("torso", *_LEGS, *_FEET),
-        SHOES: (*_FEET, *(part for part in _LEGS if part.endswith("shin"))),
-    }[kind]
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What is known of a surface's vertices before they are labeled.
-
-    Attributes
-    ----------
-    vertices : (V, 3)
-        Meters.
-    colors : (V, 3)
-        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB
-        in [0, 1].
-    known : (V,) bool
-    parts : (V,) int
-        Index into `a2v.body.PARTS`.
-    front : (V,) int
-        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its
-        mirrored counterpart for those behind.
-    twin : (V,) int
-        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where
-        the photo does not show it.
-    scalp : (V,) bool
-        Where hair grows on a head that has some.
-    bare : (V,) bool
-        The body's face, seen or not.
-    neighbors : (V, N) int
-        Nearest vertices.
-    skin : (3,), optional
-        The face's color, sRGB; None if it was not seen.
-    face : (V,) bool
-        Vertices within the face, of which nothing is continued.
-    rest : (V, 3), optional
-        Where they are at rest, meters: garments' borders run around the body there. None: borders
-        are as they are found.
-    cloth : (V,) bool, optional
-        What is neither skin nor hair nor shoe: a layer that hangs.
-    """
-
-    vertices: FloatArray
-    colors: FloatArray
-    known: BoolArray
-    parts: IntArray
-    front: IntArray
-    twin: IntArray
-    scalp: BoolArray
-    bare: BoolArray
-    neighbors: IntArray
-    skin: FloatArray | None
-    face: BoolArray
-    rest: FloatArray | None = None
-    cloth: BoolArray | None = None
-
-    def on(self, *names: str) -> BoolArray:
-        """Which vertices (V,) lie on the parts of these names."""
-        return on_parts(self.parts, *names)
-
-
-LIMB_PARTS: tuple[tuple[str, ...], ...] = (
-    _HEAD, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
-    *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
-)  # fmt: skip
-"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is
-there."""
-
-
-def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArray:
-    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of
-    any limb where the photo shows none of it.
-
-    A hand before the belly says nothing of the back.
-    """
-    from scipy.spatial import cKDTree
-
-    front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
-    for names in LIMB_PARTS:
-        own = on_parts(parts, *names)
-        shown = np.flatnonzero(own & known)
-        if len(shown) >= _TELLING:
-            front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
-    return np.asarray(front)
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
@@ -240,7 +149,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     Behind, the expected colors speak, and so does the label right before: hems, belts and collars
     run around at their height. Both are smoothed over the surface.
     """
-    lab = _lab(seen.colors)
+    lab = lab_of(seen.colors)
     palettes = _palettes(seen, lab)
     if not palettes:
         return np.full(len(lab), UNSURE), np.zeros(len(lab), bool)
@@ -303,7 +212,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
 def _trunk_height(seen: Seen) -> FloatArray:
     """How high (V,) vertices are along the trunk, meters: along the way from the thighs to the
     head, however the person leans."""
-    thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*_HEAD)
+    thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*HEAD_PARTS)
     up = np.array([0.0, 1.0, 0.0])
     if thighs.any() and head.any():
         up = seen.vertices[head].mean(axis=0) - seen.vertices[thighs].mean(axis=0)
@@ -317,10 +226,10 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
     cost = np.zeros(len(seen.parts))
     if kind == SHOES:
-        cost[~seen.on(*_FEET)] = _COSTS.shoes_off_feet
+        cost[~seen.on(*FOOT_PARTS)] = _COSTS.shoes_off_feet
     elif kind == SKIN and UPPER in palettes:
         cost[seen.on("torso")] = _COSTS.skin_on_trunk
-        cost[seen.on(*_ARMS)] = _COSTS.skin_on_arms
+        cost[seen.on(*ARM_PARTS)] = _COSTS.skin_on_arms
     elif kind == LOWER and UPPER in palettes:
         torso, height = seen.on("torso"), _trunk_height(seen)
         cost[torso] = _COSTS.lower_on_trunk * (
@@ -357,7 +266,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
         # in shadow skin is still skin, but a shirt may have its hue
         bare = (
             np.linalg.norm(
-                (lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1
+                (lab - skin) * np.where(seen.on("torso", *ARM_PARTS)[:, None], _SHADE, _HUE), axis=1
             )
             < _PALETTE.skin
         )
@@ -365,7 +274,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     found: dict[int, FloatArray] = {}
     if skin is not None:
         found[SKIN] = _centers(
-            lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3
+            lab[seen.known & bare & seen.on(*HEAD_PARTS, *HANDS)], skin[None], count=3
         )
     head = seen.known & seen.on("head") & ~seen.face
     if head.sum() > _PALETTE.few:
@@ -386,7 +295,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
         # dresses and overalls: what the legs wear is what the chest wears
         if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:
             found[LOWER] = lower
-    shoes = body & seen.on(*_FEET)
+    shoes = body & seen.on(*FOOT_PARTS)
     if shoes.sum() > _PALETTE.few:
         found[SHOES] = _centers(lab[shoes], None, count=2)
     return found
@@ -433,10 +342,3 @@ def _smoothed(
             belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
         total = cost + weight * (1 - mixing @ belief)
     return total
-
-
-def _lab(colors: FloatArray) -> FloatArray:
-    from skimage.color import rgb2lab
-
-    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
-    return lab

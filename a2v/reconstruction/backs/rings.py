@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import on_parts
-from a2v.reconstruction.backs.labels import LOWER, SHOES, SKIN, UPPER
+from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _SIDES = ("left", "right")
@@ -76,7 +76,7 @@ def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray
     Parameters
     ----------
     labels : (V,) int
-        Index into `a2v.reconstruction.backs.labels.KINDS`.
+        Index into `a2v.reconstruction.backs.seen.KINDS`.
     rest : (V, 3)
         Vertices at rest, meters, the person's left on +x.
     parts : (V,) int

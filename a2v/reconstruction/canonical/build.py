@@ -21,7 +21,14 @@ from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
-from a2v.reconstruction.canonical.skirt import BELOW, covered, make_skirt, skirt_faces, with_skirt
+from a2v.reconstruction.canonical.skirt import (
+    BELOW,
+    Skirt,
+    covered,
+    make_skirt,
+    skirt_faces,
+    with_skirt,
+)
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import (
     flat_soles,
@@ -91,41 +98,19 @@ def canonical_person(
         STEP,
     )
     sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings(), bare=bare)
-    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
-    hangs = (
-        (
-            hem is not None
-            or hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera)
-        )
-        if hangs is None
-        else hangs
-    )
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
+    skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
+    hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
     asked = (
         mesh.skin
         & ~on_parts(parts, *HANDS)
         & ~laid.around(mesh, at_rest)
         & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
+        & ~hidden
     )
-    skirt = (
-        make_skirt(
-            person.surface, body, without_anatomy(body, shod), None if hem is None else hem[0]
-        )
-        if hangs
-        else None
-    )
-    hidden = np.zeros(len(asked), bool)
-    if skirt is not None:
-        hidden = covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
-        asked &= ~hidden
-    sole = on_parts(parts, *FEET) & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
-    observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
-    offset = solve_offsets(
-        rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
-    )
-    vertices = at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces)
+    vertices = _displaced(sights, poses, rest, asked, settings)
     vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
         vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
@@ -135,13 +120,60 @@ def canonical_person(
             with_skirt(standing, skirt),
             np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
         )
+    found = {
+        "character": "canonical",
+        "face": laid.reason,
+        "bare_feet": bare,
+        "small_face": laid.small,
+        "turned_face": laid.averted,
+    } | ({"photos": len(sights), "face_photo": shown} if others else {})
     surface = Surface(
-        vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "bare_feet": bare, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
-    )  # fmt: skip
+        vertices=posed_vertices(standing, body),
+        faces=faces.astype(np.int32),
+        colors=np.full(standing.vertices.shape, 0.6, np.float32),
+        face=face_on(mesh, laid, sights[shown].subject),
+        standing=standing,
+        provenance=dict(person.surface.provenance) | found,
+    )
     return dataclasses.replace(
         person, surface=surface, expected_colors=_expected(person, surface), from_body=False
     )
+
+
+def _skirt(
+    sight: Sight, body: Body, rest: FloatArray, hangs: bool | None
+) -> tuple[Skirt | None, float]:
+    """The skirt on a body at `rest` (V, 3), None where the person wears none, and the height,
+    meters, down to which legs under it have no clothes; see `canonical_person`."""
+    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
+    if hangs is None:
+        surface = sight.person.surface
+        hangs = hem is not None or hangs_between_legs(
+            surface, sight.body, sight.subject, sight.camera
+        )
+    if not hangs:
+        return None, 0.0
+    skirt = make_skirt(sight.person.surface, body, rest, None if hem is None else hem[0])
+    if skirt is None:
+        return None, 0.0
+    return skirt, skirt.hem if hem is None else hem[1] - BELOW
+
+
+def _displaced(
+    sights: Sequence[Sight],
+    poses: Sequence[FloatArray],
+    rest: RestMesh,
+    asked: BoolArray,
+    settings: CharacterSettings,
+) -> FloatArray:
+    """Vertices (V, 3) at rest, those that are `asked` (V,) displaced by what the photos show."""
+    normals = ray_normals(rest.vertices, rest.faces)
+    sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
+    observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
+    offset = solve_offsets(
+        rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
+    )
+    return np.asarray(rest.vertices + offset[:, None] * normals)
 
 
 def _shod(
@@ -207,9 +239,12 @@ def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
     """The mesh at rest (V, 3) with its binding."""
     weights, bones = four_weights(mesh, body)
     return Standing(
-        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
-    )  # fmt: skip
+        vertices=vertices.astype(np.float32),
+        weights=weights.astype(np.float32),
+        bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32),
+        parts=body.parts[mesh.nearest].astype(np.int8),
+    )
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

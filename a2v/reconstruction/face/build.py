@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.face.bends import Bend, Placing
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
@@ -138,61 +138,6 @@ def _unfit(subject: Subject, most: float) -> str:
     return f"the face is turned away by {turned:.0f} degrees" if turned > most else ""
 
 
-class _Bend:
-    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate
-    splines, in depth by the surface around."""
-
-    def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
-        from scipy.interpolate import RBFInterpolator
-
-        self._plane = RBFInterpolator(
-            sources, targets - sources, kernel="thin_plate_spline", smoothing=smoothing
-        )
-        self._depth: Any = None
-
-    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
-        """Shift depths by `depths` (n,) at the bent `places` (n, 2)."""
-        from scipy.interpolate import RBFInterpolator
-
-        self._depth = RBFInterpolator(
-            places, depths[:, None], kernel="thin_plate_spline", smoothing=smoothing
-        )
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Bent points (n, 3)."""
-        bent = points.copy()
-        bent[:, :2] += self._plane(points[:, :2])
-        if self._depth is not None:
-            bent[:, 2] += self._depth(bent[:, :2])[:, 0]
-        return bent
-
-
-class _Placing:
-    """Moves and scales the body's face as a whole to where the photo shows it, without bending
-    it."""
-
-    _SCALES = (0.8, 1.25)
-
-    def __init__(self, sources: FloatArray, targets: FloatArray, points: FloatArray):
-        self._from, self._to = sources.mean(axis=0), targets.mean(axis=0)
-        away, wanted = sources - self._from, targets - self._to
-        self._scale = float(
-            np.clip((away * wanted).sum() / max(float((away**2).sum()), 1e-12), *self._SCALES)
-        )
-        self._level, self._shift = float(points[:, 2].mean()), 0.0
-
-    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
-        """Shift all depths by the median of `depths` (n,)."""
-        self._shift = float(np.median(depths)) if len(depths) else 0.0
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Placed points (n, 3)."""
-        placed = np.empty_like(points)
-        placed[:, :2] = self._to + self._scale * (points[:, :2] - self._from)
-        placed[:, 2] = self._level + self._scale * (points[:, 2] - self._level) + self._shift
-        return placed
-
-
 @dataclass(frozen=True, eq=False)
 class BentFace:
     """The body's face laid where the photo shows it.
@@ -256,9 +201,9 @@ def bend_face(
     on_body = camera.flatten(np.einsum("kc,kcd->kd", weights, posed[ids]))[:, :2]
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
-    flat: _Bend | _Placing = _Bend(sources, targets, settings.smoothing)
+    flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
     if turned_away(subject.face) > TURNED:
-        flat = _Placing(sources, targets, camera.flatten(posed[patch.vertices]))
+        flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)
 
@@ -357,7 +302,7 @@ def _share(name: str, posed: FloatArray) -> FloatArray:
 
 
 def _follow_surface(
-    bend: _Bend | _Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
+    bend: Bend | Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
 ) -> None:
     """Let the bend's depths follow the surface: exactly at the patch's rim, roughly within."""
     from a2v.geometry.rays import ray_scene

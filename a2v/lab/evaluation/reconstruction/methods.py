@@ -156,85 +156,94 @@ def _evaluate(
     case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None
 ) -> Result:
     from a2v.body import FitSettings, fit_body
-    from a2v.body.confidence import looks_wrong
-    from a2v.lab.evaluation.reconstruction.characters import character_of
 
     clock = _Clock()
-    fitting = FitSettings(distance=settings.distance)
     subject = _seen(case, settings)
     clock.lap("perception")
-    fit = fit_body(subject, settings=fitting)
+    fit = fit_body(subject, settings=FitSettings(distance=settings.distance))
     clock.lap("fit")
-    truth = Truth(case, settings)
-    common = dict(clock.seconds)
-    scores: dict[str, dict[str, float]] = {}
-    seconds: dict[str, dict[str, float]] = {}
-    surfaces: dict[str, Surface] = {}
-    turned: dict[float, tuple[Subject, FitResult]] = {}
-    for method in (method for method in methods if method.character):
-        clock = _Clock()
-        for turn in method.turns:
-            if turn not in turned:
-                if again is None:
-                    raise InputError(
-                        f"{method.name} needs further photos of the person; there are none"
-                    )
-                other = _seen(again(turn), settings)
-                turned[turn] = other, fit_body(other, settings=fitting)
-        photos = [
-            (subject, fit),
-            *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals)),
-        ]  # as the pipeline does
-        clock.lap("fit")
-        colored, settled = character_of(
-            [one for one, _ in photos],
-            [one for _, one in photos],
-            settings=fitting,
-            weights=method.weights,
-        )
-        clock.lap("shape")
-        placed = truth.place(colored, settled.camera, subject)
-        scores[method.name] = truth.compare_shape(placed) | truth.compare_colors(placed)
-        seconds[method.name] = {
-            **common,
-            **clock.seconds,
-            "fit": common["fit"] + clock.seconds["fit"],
-            "color": 0.0,
-        }
-        surfaces[method.name] = placed.surface
-    for backend in dict.fromkeys(
-        (method.backend, method.weights) for method in methods if not method.character
-    ):
-        clock = _Clock()
-        shape = backend_of(*backend)(subject, fit.body, fit.camera)
-        clock.lap("shape")
-        geometry: dict[str, float] | None = None
+    photo = _Photo(case, settings, subject, fit, Truth(case, settings), dict(clock.seconds))
+    photo.measure_characters([method for method in methods if method.character], again)
+    photo.measure_backends([method for method in methods if not method.character])
+    made = {name: dict(surface.provenance) for name, surface in photo.surfaces.items()}
+    fitted = photo.truth.compare_fit(fit, subject)
+    outcome = Outcome(case.name, case.index, case.facts, photo.scores, photo.seconds, made, fitted)
+    return Result(case, outcome, photo.surfaces, subject)
+
+
+@dataclass(eq=False)
+class _Photo:
+    """One photo with its fitted body, and what the methods make of it, by their names."""
+
+    case: Case
+    settings: BenchmarkSettings
+    subject: Subject
+    fit: FitResult
+    truth: Truth
+    common: dict[str, float]
+    scores: dict[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    seconds: dict[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    surfaces: dict[str, Surface] = dataclasses.field(default_factory=dict)
+
+    def measure_characters(self, methods: Sequence[Method], again: Again | None) -> None:
+        """Measure canonical characters, of this photo and of further ones (`again`)."""
+        from a2v.body import FitSettings, fit_body
+        from a2v.body.confidence import looks_wrong
+        from a2v.lab.evaluation.reconstruction.characters import character_of
+
+        fitting = FitSettings(distance=self.settings.distance)
+        turned: dict[float, tuple[Subject, FitResult]] = {}
         for method in methods:
-            if method.character or (method.backend, method.weights) != backend:
-                continue
-            clock.start()
-            colored = COLORINGS[method.coloring](shape, subject, fit.body, fit.camera)
-            clock.lap("color")
-            placed = truth.place(colored, fit.camera, subject)
-            geometry = geometry or truth.compare_shape(placed)
-            scores[method.name] = geometry | truth.compare_colors(placed)
-            seconds[method.name] = common | clock.seconds
-            surfaces[method.name] = placed.surface
-    made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
-    return Result(
-        case,
-        Outcome(
-            case.name,
-            case.index,
-            case.facts,
-            scores,
-            seconds,
-            made,
-            truth.compare_fit(fit, subject),
-        ),
-        surfaces,
-        subject,
-    )
+            clock = _Clock()
+            for turn in method.turns:
+                if turn not in turned:
+                    if again is None:
+                        raise InputError(
+                            f"{method.name} needs further photos of the person; there are none"
+                        )
+                    other = _seen(again(turn), self.settings)
+                    turned[turn] = other, fit_body(other, settings=fitting)
+            further = [turned[turn] for turn in method.turns]
+            photos = [
+                (self.subject, self.fit),
+                *(one for one in further if not looks_wrong(one[1].residuals)),
+            ]  # as in the pipeline
+            clock.lap("fit")
+            colored, settled = character_of(
+                [one for one, _ in photos],
+                [one for _, one in photos],
+                settings=fitting,
+                weights=method.weights,
+            )
+            clock.lap("shape")
+            placed = self.truth.place(colored, settled.camera, self.subject)
+            seconds = {"fit": self.common["fit"] + clock.seconds["fit"], "color": 0.0}
+            self.scores[method.name] = self.truth.compare_shape(placed) | self.truth.compare_colors(
+                placed
+            )
+            self.seconds[method.name] = {**self.common, **clock.seconds, **seconds}
+            self.surfaces[method.name] = placed.surface
+
+    def measure_backends(self, methods: Sequence[Method]) -> None:
+        """Measure backends with their colorings; those that only color share one shape."""
+        for backend in dict.fromkeys((method.backend, method.weights) for method in methods):
+            clock = _Clock()
+            shape = backend_of(*backend)(self.subject, self.fit.body, self.fit.camera)
+            clock.lap("shape")
+            geometry: dict[str, float] | None = None
+            for method in methods:
+                if (method.backend, method.weights) != backend:
+                    continue
+                clock.start()
+                colored = COLORINGS[method.coloring](
+                    shape, self.subject, self.fit.body, self.fit.camera
+                )
+                clock.lap("color")
+                placed = self.truth.place(colored, self.fit.camera, self.subject)
+                geometry = geometry or self.truth.compare_shape(placed)
+                self.scores[method.name] = geometry | self.truth.compare_colors(placed)
+                self.seconds[method.name] = self.common | clock.seconds
+                self.surfaces[method.name] = placed.surface
 
 
 def _seen(case: Case, settings: BenchmarkSettings) -> Subject:

@@ -1,0 +1,26 @@
+"""Nearest vertices of a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.types import BoolArray, FloatArray, IntArray
+
+
+def nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
+    """Distance (V,), meters, to the nearest vertex that is `known` (V,), and its number (V,)."""
+    from scipy.spatial import cKDTree
+
+    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
+    return np.asarray(reach), np.flatnonzero(known)[nearest]
+
+
+def nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
+    """The `count` nearest other vertices of each one (V, count); it need not come first itself
+    where points coincide."""
+    from scipy.spatial import cKDTree
+
+    neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])
+    own = neighbors == np.arange(len(neighbors))[:, None]
+    own[~own.any(axis=1), -1] = True
+    return np.asarray(neighbors[~own].reshape(len(neighbors), count))

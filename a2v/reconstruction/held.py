@@ -1,4 +1,4 @@
-"""Pixels that the mask has for the person and that show what a hand holds: a bag, a phone, a ball."""
+"""Find pixels of the person's mask that show what a hand holds: a bag, a phone, a ball."""
 
 from __future__ import annotations
 
@@ -29,10 +29,12 @@ _LEAST = 0.004
 """A thing shows at least this area in front of the body, and beside it, square meters."""
 _MOST = 0.16
 """And at most this area in all: larger is the background."""
-_OPENED, _CLOSED = 0.006, 0.02
-"""Bridges and gaps up to twice this, meters, do not count."""
+_OPENED = 0.006
+"""Bridges up to twice this, meters, do not join two things."""
+_CLOSED = 0.02
+"""Gaps up to twice this, meters, do not split one."""
 _BORDER = 0.03
-"""What comes this near to the end of `_REACH`, meters, continues beyond it and is the background."""
+"""What comes this near to the end of `_REACH`, meters, continues beyond it: the background."""
 
 
 def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:

@@ -1,5 +1,5 @@
-"""Bind the canonical mesh to bones: at most four weights per vertex, which change so slowly over
-the surface that no pose tears it."""
+"""Bind the canonical mesh to bones: four weights per vertex that change slowly over the surface, so
+that no pose tears it."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ _ALIKE: tuple[tuple[str, ...], ...] = (
         )
     ),
 )
-"""Bones of Anny that motions turn alike: where a vertex has more than four bones, one of each group
-takes the weight of all. Without it, neighbors drop different bones, and the surface tears there."""
+"""Groups of Anny's bones that motions turn alike. In a vertex with more than four bones, one bone
+of each group takes the weight of all. Without it, neighbors drop different bones, and the surface
+tears between them."""
 _STEEPEST = 0.08
-"""Share of the weight that may pass from one bone to another along one edge of the mesh. Of a rig
-that is steeper, the edges at armpits and crotch stretch over 4 cm in a kick."""
+"""Largest share of the weight that passes from one bone to another along one edge of the mesh. With
+steeper weights, edges at armpits and crotch stretch over 4 cm in a kick."""
 _ROUNDS = 100
-"""Rounds of averaging until no edge is steeper."""
+"""Largest number of rounds of averaging."""
 _RINGS = 8
-"""Rings of vertices around steep edges over which weights are averaged."""
+"""Number of rings of vertices around steep edges in which weights are averaged."""
 _SMOOTHED = (
     "torso",
     *(f"{side}_{part}" for side in ("left", "right") for part in ("upper_arm", "thigh")),

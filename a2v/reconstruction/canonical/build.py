@@ -1,5 +1,5 @@
-"""The canonical person of a reconstruction: the body's mesh at rest, displaced to the dressed
-surface, with the model's own face, hands and feet."""
+"""Build the canonical person of a reconstruction: the mesh of the body at rest, displaced to the
+dressed surface, with the face, hands and feet of the model."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
 FEET = tuple(name for name in PARTS if name.endswith("foot"))
 _BENT = (0.55, 0.95)
-"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements count
-`_CREASED` up to the first value, and whole from the second on."""
+"""Determinants of the skinning, which shrinks the body in the creases of bent joints. Displacements
+have the weight `_CREASED` up to the first value, and their full weight from the second on."""
 _CREASED = 0.05
-"""What displacements count for in creases."""
+"""Weight of displacements in creases."""
 _DOWN = -0.4
-"""Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or
-nothing that was seen."""
+"""Height of the normal below which skin of a foot is its sole. Below it lies the ground, or
+something unseen."""
 _EXPECTED = 0.03
-"""A color that the backend expects of its surface holds for vertices of the character up to so far
-from it, meters, that face the same way."""
+"""Distance up to which a color that the backend expects holds for a vertex of the character with a
+similar normal, meters."""
 
 
 def canonical_person(
@@ -66,28 +66,29 @@ def canonical_person(
     hangs: bool | None = None,
     others: Sequence[Sight] = (),
 ) -> Reconstruction:
-    """Build the person on the body's own mesh.
+    """Build the person on the mesh of the body.
 
-    1. The body's mesh, refined, is cast along its normals onto the reconstructed surface. A hit
-       counts where it is of the vertex' own part, and nothing else touches there.
-    2. One sparse solve gives the displacement of every vertex: near what was observed, elsewhere
-       the mirrored side's or what is usual on that part.
-    3. The displacements are laid on the body at rest, so that nothing of the photo's pose remains.
+    1. Rays from the refined mesh of the body along its normals meet the reconstructed surface. A
+       hit counts if it is of the same part as the vertex and nothing else touches there.
+    2. One sparse solve gives the displacement of every vertex: near the observed one, else near
+       that of the mirrored side or the usual one of the part.
+    3. The displacements are applied to the body at rest, so that nothing of the photo's pose
+       remains.
 
     Parameters
     ----------
     sight : Sight
         The photo, with Anny fitted to the surface that was reconstructed from it.
     hangs : bool, optional
-        Whether cloth hangs between the legs: it becomes a layer of its own. None: as
-        `hangs_between_legs` finds.
+        Whether cloth hangs between the legs, which becomes a separate layer. None: as found by
+        `hangs_between_legs` and `skirt_hem`.
     others : sequence of Sight
-        Further photos of the same person, in any order; their bodies have the shape of this one.
+        Further photos of the same person, in any order; all bodies have the same shape.
 
     Returns
     -------
     Reconstruction
-        Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
+        The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
     bare = bare_feet(
@@ -143,8 +144,8 @@ def canonical_person(
 def _skirt(
     sight: Sight, body: Body, rest: FloatArray, hangs: bool | None
 ) -> tuple[Skirt | None, float]:
-    """The skirt on a body at `rest` (V, 3), None where the person wears none, and the height,
-    meters, down to which legs under it have no clothes; see `canonical_person`."""
+    """The skirt on a body at `rest` (V, 3), None without one, and the height, meters, down to which
+    legs under it have no clothes; `hangs` as in `canonical_person`."""
     hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
     if hangs is None:
         surface = sight.person.surface
@@ -166,7 +167,8 @@ def _displaced(
     asked: BoolArray,
     settings: CharacterSettings,
 ) -> FloatArray:
-    """Vertices (V, 3) at rest, those that are `asked` (V,) displaced by what the photos show."""
+    """Displace the vertices (V, 3) at rest that are `asked` (V,) by the observations of the
+    photos."""
     normals = ray_normals(rest.vertices, rest.faces)
     sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
@@ -179,9 +181,13 @@ def _displaced(
 def _shod(
     given: Sequence[Sight], face: FaceSettings, *, bare: bool
 ) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
-    """The sights with the head turned as the photo that shows the face best has it, which one that
-    is, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and, unless
-    the feet are `bare`, with shoes: in the pose of every photo, and at rest.
+    """Put face and shoes on the body; `bare` feet get no shoes.
+
+    Returns
+    -------
+    The sights with the head turned as in the photo that shows the face best, the index of that
+    photo, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and shoes:
+    in the pose of every photo, and at rest.
     """
     sights, shown = list(given), face_of([sight.subject for sight in given])
     faced = sights[shown]
@@ -216,8 +222,8 @@ def _observed(
     *,
     near: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), meters, and what they count for (V,), by the photos, in whose `poses`
-    (13854, 3) Anny's vertices and teeth are given."""
+    """Displacements (V,), meters, and their weights (V,), observed in the photos; `poses` are
+    Anny's vertices and teeth (13854, 3) in the pose of each photo."""
     mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
@@ -229,14 +235,14 @@ def _observed(
 
 
 def _carried(body: Body, shod: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3)
+    """Anny's vertices and teeth (13854, 3) in the pose of a body, from those at rest (13854, 3)
     with shoes and a face."""
     posed, rest = with_teeth(body)
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
 
 def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
-    """The mesh at rest (V, 3) with its binding."""
+    """Bind the mesh at rest (V, 3)."""
     weights, bones = four_weights(mesh, body)
     return Standing(
         vertices=vertices.astype(np.float32),
@@ -248,7 +254,7 @@ def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Anny's vertices with teeth (13854, 3) in a body's pose and at rest."""
+    """Anny's vertices with teeth (13854, 3) in the pose of a body and at rest."""
     rest = rest_vertices(body)
     rows = teeth()
     near = np.argsort(np.linalg.norm(rows.around - rows.vertices.mean(axis=0), axis=1))[:900]
@@ -265,14 +271,14 @@ def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
 
 
 def blended_turns(body: Body) -> FloatArray:
-    """How Anny's vertices and teeth are turned from rest, (13854, 3, 3)."""
+    """Blended rotations from rest (13854, 3, 3) of Anny's vertices and teeth."""
     turns = moved_from_rest(body)[..., :3]
     mouth = topology().nearest[EYES.stop]
     return np.concatenate([turns, np.tile(turns[mouth], (len(teeth().vertices), 1, 1))])
 
 
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:
-    """A standing surface's vertices (V, 3) float32 in the pose of its body: linear blend
+    """Vertices (V, 3) float32 of a standing surface in the pose of its body: linear blend
     skinning."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
@@ -290,8 +296,8 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
-    """The backend's expected colors (V, 3) carried over to the character; NaN where its surface is
-    elsewhere."""
+    """Expected colors (V, 3) of the backend at the vertices of the character; NaN for vertices far
+    from its surface."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:

@@ -18,9 +18,9 @@ _HAND = 0.06
 _OWN = 0.32
 """The person's colors are sampled farther than this from both hands, meters."""
 _STRANGE = 14.0
-"""A color is the person's where enough samples are nearer than this, CIELAB units, ..."""
+"""Distance up to which a sample has the same color, CIELAB units."""
 _COMMON = 0.004
-"""... namely this share of them."""
+"""Share of samples of the same color from which on a color is common."""
 _SAMPLES = 2000
 """Samples of the person, at most."""
 _ROUNDED = 3.0
@@ -49,7 +49,7 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
     subject : Subject
         Its picture, mask and keypoints are taken at the resolution of `shown`.
     shown : (h, w) int
-        Part that the posed body shows; -1 for none.
+        Part of the posed body in each pixel; -1 for none.
     scale : float
         Pixels of `shown` per meter.
     """
@@ -92,8 +92,8 @@ def held_things(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
 
 
 def _from_hands(subject: Subject, shown: IntArray) -> FloatArray:
-    """Pixels (h, w) from the nearest hand of the body, or wrist in the photo; infinite where
-    neither is seen."""
+    """Distance (h, w), pixels, from the nearest hand of the body or wrist in the photo; infinite if
+    neither is visible."""
     import cv2
 
     at = np.isin(shown, [number for number, name in enumerate(PARTS) if name.endswith("hand")])
@@ -108,7 +108,7 @@ def _from_hands(subject: Subject, shown: IntArray) -> FloatArray:
 
 
 def _common(colors: FloatArray, own: FloatArray) -> BoolArray:
-    """Which colors (n, 3) the person's samples (m, 3) have often enough."""
+    """Which colors (n, 3) are common among the samples (m, 3)."""
     from scipy.spatial import cKDTree
 
     samples = own[:: max(1, len(own) // _SAMPLES)]

@@ -1,5 +1,5 @@
-"""Where the photo's landmarks have arms and hands: what lies there is theirs, also where the fitted
-body holds its arms otherwise."""
+"""Find arms, hands and bare feet in the photo by landmarks and skin, even if the fitted body holds
+its arms otherwise."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ _PALM = 0.045
 _FINGER = 0.014
 """Half the width of a finger, meters."""
 _REACH = 1.9
-"""A hand ends so many times as far from the wrist as its knuckles."""
+"""Distance of the end of a hand from the wrist, in distances of its knuckles."""
 _SURE = 0.5
-"""Landmarks of less confidence tell nothing."""
+"""Landmarks of less confidence are not used."""
 _OFF = 0.06
-"""The fit of an arm is off where elbow or wrist are so far from their landmarks, meters."""
+"""Distance of elbow or wrist from their landmarks above which the fit of an arm is wrong,
+meters."""
 _BEHIND = -0.12
-"""A wrist so far behind its shoulder, meters, may be hidden by the trunk."""
+"""Depth of a wrist relative to its shoulder below which the trunk may hide it, meters."""
 _SKIN_HUES = (25.0, 85.0)
-"""People's skin is reddish to yellow, degrees in CIELAB."""
-_COLOURED = 8.0
-"""And of at least this chroma."""
+"""Range of the hue of skin, degrees in CIELAB: reddish to yellow."""
+_CHROMA = 8.0
+"""Smallest chroma of skin, CIELAB units."""
 _HUE = np.array([0.35, 1.0, 1.0])
-"""What lightness, a and b count for: hands lie in other light than the face."""
+"""Weights of lightness, a and b: hands lie in other light than the face."""
 _LIKE = 15.0
-"""Colors so near to the face's, CIELAB units, are skin."""
+"""Largest distance of skin from the color of the face, CIELAB units."""
 _GLOVE = 0.25
-"""Hands of which a smaller share is like it wear gloves."""
+"""Share of skin below which hands wear gloves."""
 _BARE_FEET = 0.85
 """Feet are bare where at least this share of what each shows, and of the shins above the ankles, is
 like the face's skin: shoes of the skin's color are more common than feet without any."""
@@ -54,8 +55,8 @@ _FINGERS = (
 def arms_by_landmarks(
     subject: Subject, body: Body, camera: Camera, shape: tuple[int, int], step: int
 ) -> tuple[BoolArray, BoolArray]:
-    """Which pixels are of which arm by the landmarks, and for which parts they are the better
-    answer than the fit.
+    """Pixels of forearms and hands by the landmarks, and the parts for which these are better than
+    the fit.
 
     Parameters
     ----------
@@ -66,8 +67,8 @@ def arms_by_landmarks(
 
     Returns
     -------
-    (P, h, w) bool, of lower arms and hands alone, and (P,) bool: lower arms and hands whose fit is
-    off, and hands whose fingers were seen.
+    (P, h, w) bool, set for forearms and hands only, and (P,) bool: forearms and hands whose fit is
+    wrong, and hands whose fingers were found.
     """
     found, better = np.zeros((len(PARTS), *shape), bool), np.zeros(len(PARTS), bool)
     scale = camera.scale / step
@@ -107,8 +108,8 @@ def arms_by_landmarks(
 
 
 def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
-    """Which pixels (h, w), every `step`-th, look like the skin of the face, where hands are bare;
-    None where the face is not seen or the hands wear gloves.
+    """Which pixels (h, w), every `step`-th, look like the skin of the face. None if the face is not
+    visible or the hands wear gloves.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
 
 
 def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
-    """Whether the photo shows feet without shoes; False where it does not tell.
+    """Whether the photo shows feet without shoes; False if it does not show enough.
 
     Parameters
     ----------
@@ -185,11 +186,11 @@ def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, ste
 
 
 def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colors (n, 3): hair and
-    shadow are darker; None where little has."""
+    """Tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin: hair and
+    shadow are darker. None if few have such a hue."""
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     skin = lab[
-        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)
+        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _CHROMA)
     ]
     if len(skin) < 10 or len(skin) < 0.25 * len(lab):
         return None
@@ -197,8 +198,8 @@ def lit_skin(lab: FloatArray) -> FloatArray | None:
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:
-    """Pixels (h, w) within `width` of polylines (n, 2), and of the polygon of all of them where
-    there are several."""
+    """Pixels (h, w) within `width` of polylines (n, 2); with several polylines, also the hull of
+    their first two points."""
     import cv2
 
     drawn = np.zeros(shape, np.uint8)

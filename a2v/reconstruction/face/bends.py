@@ -1,4 +1,4 @@
-"""How the body's face is brought to the photo's: bent, or only moved and scaled."""
+"""Bring the face of the body to that of the photo: bent, or only moved and scaled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from a2v.types import FloatArray
 
 
 class Bend:
-    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate
+    """Bend space so that the face of the body lies on that of the photo: in the plane by thin-plate
     splines, in depth by the surface around."""
 
     def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
@@ -39,8 +39,7 @@ class Bend:
 
 
 class Placing:
-    """Moves and scales the body's face as a whole to where the photo shows it, without bending
-    it."""
+    """Move and scale the face of the body as a whole to that of the photo, without bending it."""
 
     _SCALES = (0.8, 1.25)
 

@@ -1,4 +1,4 @@
-"""Colors of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one
+"""Color a surface from the photo: visible places by projection, others by Eq. 14, in one
 texture."""
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from a2v.types import (
 
 @dataclass(frozen=True)
 class ColorSettings:
-    """How the surface is colored.
+    """Settings of the coloring.
 
     Attributes
     ----------
@@ -56,13 +56,13 @@ class ColorSettings:
     band : float
         Width of the transition band behind the silhouette, meters: second term of Eq. 14 only.
     texture : int
-        Width and height of the texture, texels; 0 for vertex colors alone.
+        Width and height of the texture, texels; 0 for vertex colors only.
     synthesis : bool
-        Continue what the photo shows of cloth, hair and skin over the unseen side
-        (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
+        Continue visible cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`);
+        otherwise use Eq. 14 only.
     delight : bool
-        Take the photo's shading out of its colors (`a2v.reconstruction.shading`), so that they can
-        be lit again.
+        Remove the shading of the photo from its colors (`a2v.reconstruction.shading`), so that they
+        can be lit again.
     """
 
     lambda_nn: float = 1.0
@@ -88,19 +88,19 @@ class ColorSettings:
 
 @dataclass(frozen=True, eq=False)
 class ColorEvidence:
-    """What is known of a surface with V vertices beside the photo.
+    """What is known of a surface with V vertices in addition to the photo.
 
     Attributes
     ----------
     prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colors that a network predicts. Default:
-        the front mirrored, hair on the back of the head.
+        c^p of Eq. 14, sRGB in [0, 1], predicted by a network; NaN if unknown. Default: the mirrored
+        front, with hair on the back of the head.
     spots : Spots, optional
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the
-        landmarks, and nothing is continued.
+        Place of each vertex on the body (`a2v.body.nearest_spots`). Default: the head is found by
+        the landmarks, and nothing is continued.
     canvas : Canvas, optional
-        Of a canonical person: its texture layout, and which pixels are of which part. Default:
-        charts are cut from the surface, and every pixel belongs to the surface that it shows.
+        For a canonical person: its texture layout, and the part of each pixel. Default: charts are
+        cut from the surface, and every pixel belongs to the surface that it shows.
     others : sequence of OtherPhoto
         Further photos of a canonical person.
     """
@@ -113,18 +113,18 @@ class ColorEvidence:
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What the photos show of V vertices.
+    """Visibility of V vertices in the photos.
 
     Attributes
     ----------
     trust : (V,)
-        Of the main photo, from 0 to 1.
+        In the main photo, from 0 to 1.
     known : (V,) bool
-        Vertices that any photo shows well.
+        Vertices that at least one photo shows well.
     main : (V,) bool
-        Those of them that the main photo shows well.
+        Vertices that the main photo shows well.
     mouth : (V,) bool
-        The mouth from within, which has given colors: it tells nothing of the cheeks before it.
+        The inside of the mouth, which has given colors and is no evidence for the cheeks.
     """
 
     trust: FloatArray
@@ -152,7 +152,7 @@ def color_surface(
     camera : OrthographicCamera
         Of `subject.image`.
     evidence : ColorEvidence, optional
-        What is known beside the photo.
+        What is known in addition to the photo.
 
     Returns
     -------
@@ -182,18 +182,21 @@ def color_surface(
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
-            "the photo's camera sees nothing of the surface; do surface, camera and photo belong together?"
+            "the photo's camera sees nothing of the surface; "
+            "do surface, camera and photo belong together?"
         )
     photo.known = known
     report(1, 4)
-    beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colors
+    beside = ThreadPoolExecutor(
+        1
+    )  # makes the charts of the texture, while this thread makes the colors
     atlas = (
         beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture)
         if settings.texture
         else None
     )
     beside.shutdown(wait=False)
-    apart = vertices if canvas is None else canvas.rest  # where nothing touches
+    apart = vertices if canvas is None else canvas.rest  # at rest nothing touches
 
     colors = photo.patch_colors(vertices, faces)
     if settings.delight:
@@ -234,7 +237,7 @@ def color_surface(
         continued = _continued(
             photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near
         )
-    # the band: what the photo saw at a glance, and what lies right behind the silhouette
+    # the band: grazing places of the photo, and places right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
     if continued is not None:
@@ -294,14 +297,14 @@ def _expected(
     prior: FloatArray | None,
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Colors (V, 3) that the unseen side may have, and how far, meters, each vertex is from one
-    that is `known` (V,)."""
+    """Expected colors (V, 3) of the unseen side, and the distance (V,), meters, of each vertex from
+    the nearest `known` (V,) one."""
     expected = mirrored_prior(
         mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
     )
     reach, nearest = nearest_known(mesh.vertices, known)
     if prior is not None:
-        # around the rim the photo knows better than any network: its color there, or next to there
+        # near visible places the photo is better than any network: its color there, or nearby
         close = np.where(
             (photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None],
             mesh.colors,
@@ -314,30 +317,39 @@ def _expected(
 def _continued(
     photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray
 ) -> Continuation:
-    """What the photo shows, continued over the unseen side; the mesh has the photo's colors where
-    they are known, and expected ones elsewhere."""
+    """Continue the photo over the unseen side; the mesh has the colors of the photo at known
+    vertices, and expected ones at the others."""
     pixels, known = photo.camera.project(mesh.vertices), shown.known
     face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
     outer = shown.main & ~shown.mouth
     _, skin = seen_face(photo.subject, pixels, mesh.colors, known=outer, head=_head(spots))
-    if skin is None:  # the back of a head: the hands' skin instead
+    if skin is None:  # the back of a head: use the skin of the hands
         skin = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
     square = known & (
         shown.trust > 0.9
-    )  # at grazing angles the background, and what is in front, is mixed in
+    )  # at grazing angles colors are mixed with those of the background and of what is in front
     seen = Seen(
-        vertices=mesh.vertices, colors=mesh.colors, known=known, parts=spots.parts,
-        front=seen_before(pixels, outer, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
-        scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face | shown.mouth,
-        rest=None if photo.canvas is None else photo.canvas.rest, cloth=None if photo.canvas is None else photo.canvas.loose,
-    )  # fmt: skip
+        vertices=mesh.vertices,
+        colors=mesh.colors,
+        known=known,
+        parts=spots.parts,
+        front=seen_before(pixels, outer, spots.parts),
+        twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        scalp=spots.scalp,
+        bare=spots.bare,
+        neighbors=neighbors,
+        skin=skin,
+        face=face | shown.mouth,
+        rest=None if photo.canvas is None else photo.canvas.rest,
+        cloth=None if photo.canvas is None else photo.canvas.loose,
+    )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 
 
 def _report(
     solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings
 ) -> dict[str, float]:
-    """What `provenance["eq14"]` tells."""
+    """The report of Eq. 14 for `provenance["eq14"]`."""
     return {
         "iterations": solution.iterations,
         "residual": solution.residual,
@@ -351,7 +363,7 @@ def _report(
 def _check_given(
     count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings
 ) -> None:
-    """Refuse what does not fit a surface of `count` vertices."""
+    """Check that the arguments fit a surface of `count` vertices."""
     if count <= settings.neighbors:
         raise InputError(
             f"the surface has {count} vertices; expected more than {settings.neighbors}"
@@ -365,7 +377,7 @@ def _check_given(
 
 
 def _head(spots: Spots | None) -> BoolArray | None:
-    """Which vertices (V,) are of head and neck; None where the spots are not known."""
+    """Which vertices (V,) belong to head and neck; None if the spots are not known."""
     return None if spots is None else on_parts(spots.parts, "head", "neck")
 
 

@@ -1,5 +1,5 @@
-"""What the unseen side may look like where no network says so: the front mirrored, and hair on the
-back of the head."""
+"""Prior colors of the unseen side without a network: the mirrored front, and hair on the back of
+the head."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
 
 
 def clean_colors(subject: Subject) -> FloatArray:
-    """The person's own colors (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no
+    """Colors (H, W, 3) float32 in [0, 1] of the person, extended beyond the silhouette, so that no
     background bleeds in.
 
     Foreground colors by multi-level estimation (Germer et al. 2020, pymatting) where the matte is
-    trusted, the nearest such pixel elsewhere.
+    trusted, else those of the nearest such pixel.
     """
     import cv2
 
     image, alpha = subject.image, np.asarray(subject.mask, np.float32)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numba remarks on its threading layer
+        warnings.simplefilter("ignore")  # numba warns about its threading layer
         from pymatting import estimate_foreground_ml
 
         foreground = np.clip(
@@ -39,7 +39,7 @@ def clean_colors(subject: Subject) -> FloatArray:
     core = (depth > shrink) & (alpha > 0.9)
     if not core.any():
         core = person
-    # fingers have no core: their middle is the best there is
+    # fingers have no core: their middle is used
     far = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) > 3 * shrink
     core |= person & far
     index = nearest_known(core)
@@ -59,8 +59,8 @@ def head_box(
         return None
     eye_line = float(eyes[:, 1].mean())
     drop = float(mouth[:, 1].mean()) - eye_line
-    # from the side, the face's landmarks are close together: its height is a safer ruler than its
-    # width
+    # in profile the landmarks of the face are close together: its height is a safer measure than
+    # its width
     unit = max(drop, 0.5 * float(np.ptp(sides[:, 0])), 1.0)
     rows = np.nonzero(subject.mask.max(axis=1) > 0.5)[0]
     middle = float(np.concatenate([eyes, sides])[:, 0].mean())
@@ -76,15 +76,15 @@ def seen_face(
     known: BoolArray,
     head: BoolArray | None,
 ) -> tuple[BoolArray, FloatArray | None]:
-    """Which vertices (V,), at `pixels` (V, 2), lie in the photo's face, and the color (3,) of its
-    cheeks (None where it shows none).
+    """Which vertices (V,), at `pixels` (V, 2), lie in the face, and the color (3,) of its cheeks
+    (None if they are not visible).
 
-    `colors` (V, 3) are the photo's at the vertices, `known` (V,) those that it saw, `head` (V,)
-    those of head and neck.
+    `colors` (V, 3) are those of the photo at the vertices, `known` (V,) the visible vertices,
+    `head` (V,) those of head and neck.
     """
     none, box = np.zeros(len(pixels), bool), head_box(subject)
     ahead = subject.keypoints_3d[0, 2] - subject.keypoints_3d[[7, 8], 2].mean()
-    if box is None or ahead < 0:  # landmarks of a face are guessed on the back of a head, too
+    if box is None or ahead < 0:  # landmarks of a face are also guessed on the back of a head
         return none, None
     left, _, right, chin, eye_line = box
     unit, across = (chin - eye_line) / 2.1, np.abs(pixels[:, 0] - (left + right) / 2)
@@ -96,8 +96,8 @@ def seen_face(
 
 
 def skin_of_hands(colors: FloatArray) -> FloatArray | None:
-    """The skin's color (3,) by those of the hands (n, 3); None where they show too little, or
-    gloves: people's skin is reddish to yellow."""
+    """Color (3,) of the skin by the colors of the hands (n, 3). None if these are too few, or of
+    gloves: skin is reddish to yellow."""
     if len(colors) < 40:
         return None
     color = np.median(colors, axis=0)
@@ -116,10 +116,10 @@ def mirrored_prior(
 ) -> FloatArray:
     """Prior colors (V, 3) for Eq. 14.
 
-    The color that the photo has at the same place (the back of a jacket looks like its front), but
-    no skin of the neckline below the collar. Behind the ears, what borders the head in the same row
-    (hair, a hat) runs around it, down to the nape or as far as hair hangs beside the neck, so that
-    no face looks backwards.
+    The color of the photo at the same pixel (the back of a jacket looks like its front), but
+    without the skin of the neckline below the collar. Behind the ears, the border of the head in
+    the same row (hair, a hat) runs around it, down to the nape or as far as hair hangs beside the
+    neck, so that there is no face on the back of the head.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def mirrored_prior(
     clean : (H, W, 3)
         `clean_colors(subject)`.
     head : (V,) bool, optional
-        Vertices of head and neck; guessed from the landmarks where None.
+        Vertices of head and neck; if None, guessed from the landmarks.
     """
     import cv2
 
@@ -186,7 +186,8 @@ def mirrored_prior(
 def _in_box(
     pixels: FloatArray, box: tuple[float, float, float, float, float], above: float
 ) -> BoolArray:
-    """Which pixels (V, 2) lie in a head's box (`head_box`), or up to `above` pixels over it."""
+    """Which pixels (V, 2) lie in the box of a head (`head_box`), or up to `above` pixels over
+    it."""
     left, top, right, chin, eye_line = box
     return np.asarray(
         (pixels[:, 0] > left)
@@ -206,9 +207,9 @@ def _behind_ears(
     look: HeadLook,
     scale: float,
 ) -> FloatArray:
-    """How far (V,), 0 to 1, vertices lie behind the ears, in the direction in which the head looks.
+    """Weight (V,), 0 to 1, of vertices behind the ears, relative to the direction of the head.
 
-    `inside` (V,) are the head's, `row` (V,) their pixel rows, `scale` the camera's pixels per
+    `inside` (V,) are the vertices of the head, `row` (V,) their pixel rows, `scale` the pixels per
     meter.
     """
     angle = _head_azimuth(subject)
@@ -219,14 +220,15 @@ def _behind_ears(
         smoothstep(-ahead, -0.6, 0.0),
         smoothstep(-row, -(look.eye_line - 0.3 * forehead), -(look.eye_line - 0.5 * forehead)),
     )
-    # the neck is no sphere around the head's middle: there what faces backwards counts
+    # the neck is no sphere around the middle of the head: its normals are used
     away = normals[:, 0] * np.sin(angle) + normals[:, 2] * np.cos(angle)
     low = smoothstep(row, look.nape - 0.2 * look.unit, look.nape + 0.2 * look.unit)
     return np.asarray((1 - low) * behind + low * smoothstep(-away, -0.3, 0.2))
 
 
 def _head_azimuth(subject: Subject) -> float:
-    """Radians by which the head is turned towards the picture's right (+x); 0 where unknown."""
+    """Angle, radians, by which the head is turned to the right of the picture (+x); 0 if
+    unknown."""
     nose, ears = subject.keypoints_3d[0], subject.keypoints_3d[[7, 8]].mean(axis=0)
     ahead = nose - ears
     return (

@@ -1,5 +1,5 @@
-"""What a photo shows of the unseen side of a head: hair row by row, where it ends, and where the
-collar is."""
+"""Predict the unseen side of a head from its outline in the photo: hair row by row, its end, and
+the collar."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from a2v.reconstruction.backs.seen import lab_of
 from a2v.types import BoolArray, FloatArray
 
 _SHADE = np.array([0.5, 1.0, 1.0])
-"""What lightness, a and b count for in comparisons of colors: shadows are no other stuff."""
+"""Weights of lightness, a and b in comparisons of colors: shadows are the same material."""
 
 
 class HeadLook:
-    """The unseen side of a head, as its outline in the photo lets expect it.
+    """The unseen side of a head, predicted from its outline in the photo.
 
     Attributes
     ----------
@@ -69,8 +69,8 @@ class HeadLook:
         self.hair_end = self._hair_end(person)
 
     def _toward_skin(self, colors: FloatArray, hair: FloatArray) -> FloatArray:
-        """Where CIELAB colors (..., 3) lie between `hair` (0) and the skin (1) by hue: glossy hair
-        and striped hats are no skin."""
+        """Position of CIELAB colors (..., 3) between `hair` (0) and the skin (1) by hue: glossy
+        hair and striped hats are no skin."""
         hue = np.array([0.15, 1.0, 1.0])
         way = (self.skin - hair) * hue
         share: FloatArray = ((colors - hair) * hue) @ way / max(float(way @ way), 1e-6)
@@ -78,7 +78,7 @@ class HeadLook:
 
     @staticmethod
     def _nearer(colors: FloatArray, one: FloatArray, other: FloatArray) -> BoolArray:
-        """Whether CIELAB colors (..., 3) are nearer to `one` than to `other`; shade counts
+        """Which CIELAB colors (..., 3) are nearer to `one` than to `other`; lightness counts
         half."""
         return np.asarray(
             np.linalg.norm((colors - one) * _SHADE, axis=-1)
@@ -93,7 +93,7 @@ class HeadLook:
         return found
 
     def _cloth(self) -> FloatArray | None:
-        """Median color of the clothes below the neck; None where that is skin."""
+        """Median color of the clothes below the neck; None if that is skin."""
         rows = range(int(self.chin + 1.5 * self.unit), int(self.chin + 3.5 * self.unit))
         found = [self._window(row, 1.0, 2.5) for row in rows if row < len(self._lab)]
         if not found:
@@ -102,7 +102,7 @@ class HeadLook:
         return None if np.linalg.norm((color - self.skin) * _SHADE) < 9 else color
 
     def _collar(self, person: BoolArray) -> float:
-        """Row where the neck's sides turn from skin to clothes."""
+        """Row at which the sides of the neck turn from skin to clothes."""
         cloth = self._cloth()
         default = self.chin + 0.2 * self.unit
         if cloth is None:
@@ -121,7 +121,7 @@ class HeadLook:
         return default
 
     def _hair_end(self, person: BoolArray) -> float:
-        """Row down to which hair hangs beside the neck, at least the nape."""
+        """Row down to which hair hangs beside the neck; at least the nape."""
         end = self.nape
         cloth = self._cloth()
         for row in range(int(self.nape), min(int(self.chin + 3 * self.unit), len(person))):
@@ -141,8 +141,8 @@ class HeadLook:
         return end if end > self.nape + 0.8 * self.unit else self.nape
 
     def around(self, row: FloatArray, across: FloatArray) -> FloatArray:
-        """Colors (N, 3) at pixel rows (N,) and pixels beside the middle (N,): from the left
-        border's to the right border's."""
+        """Colors (N, 3) at pixel rows (N,) and distances beside the middle (N,), pixels, blended
+        from the left border to the right one."""
         place = np.clip(row.astype(np.int64) - self._first, 0, len(self._sides[0]) - 1)
         half = self._halves[np.clip(row.astype(np.int64), 0, len(self._halves) - 1)]
         share = np.clip(0.5 + 0.6 * across / np.maximum(half, 1.0), 0, 1)[:, None]
@@ -173,7 +173,7 @@ class HeadLook:
             bare |= self._nearer(part, self.hair, cloth) & (
                 np.linalg.norm((part - self.hair) * _SHADE, axis=-1) < 12
             )
-        # lapels, ties and zips are the front's
+        # lapels, ties and zips belong to the front
         bare[
             : max(1, int(self.chin + 4 * self.unit) - top),
             np.abs(np.arange(low, high) - self.middle) < 1.1 * self.unit,
@@ -196,7 +196,7 @@ class HeadLook:
 
 
 def _filled_rows(values: FloatArray, fallback: FloatArray, width: float) -> FloatArray:
-    """Rows (N, 3) with NaN rows taken from the nearest known ones, smoothed over `width` rows."""
+    """Fill NaN rows of (N, 3) from the nearest known ones, and smooth over `width` rows."""
     from scipy.ndimage import gaussian_filter1d
 
     known = np.nonzero(np.isfinite(values[:, 0]))[0]

@@ -8,7 +8,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 
 def nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
-    """Distance (V,), meters, to the nearest vertex that is `known` (V,), and its number (V,)."""
+    """Distance (V,), meters, to the nearest `known` (V,) vertex, and its index (V,)."""
     from scipy.spatial import cKDTree
 
     reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
@@ -16,8 +16,7 @@ def nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, I
 
 
 def nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
-    """The `count` nearest other vertices of each one (V, count); it need not come first itself
-    where points coincide."""
+    """The `count` nearest other vertices (V, count) of each vertex, also if points coincide."""
     from scipy.spatial import cKDTree
 
     neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])

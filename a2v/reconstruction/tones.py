@@ -1,5 +1,4 @@
-"""Tones of what the photo does not show: near its rim, of unseen skin and hair, and of what
-another limb hides."""
+"""Tones of unseen places: near visible ones, of skin and hair, and behind other limbs."""
 
 from __future__ import annotations
 
@@ -11,24 +10,23 @@ from a2v.reconstruction.canvas import Canvas
 from a2v.types import BoolArray, FloatArray, IntArray
 
 RIM = (0.015, 0.035)
-"""Up to the first distance, meters, from what the photo shows well its colors go on, from the
-second on those of a given prior hold."""
+"""Distances from well visible places up to which the colors of the photo continue, and from which
+on a given prior holds, meters."""
 _TONED = 15
-"""At least so many vertices tell the tone of skin or hair."""
+"""Smallest number of vertices that give the tone of skin or hair."""
 _AROUND = 150
-"""So many vertices that are seen say what a hidden one looks like."""
+"""Number of visible vertices that give the color of a hidden one."""
 TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what
-it shows."""
+"""Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
 
 
 def given_or_close(
     prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray
 ) -> FloatArray:
-    """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
+    """The `prior` (V, 3) of a backend, or `otherwise` (V, 3) for vertices without it.
 
-    Towards what the photo shows well, `reach` (V,) meters away, it fades into the photo's colors
-    `close` (V, 3); see `RIM`.
+    Towards well visible places, `reach` (V,) meters away, it fades into the colors `close` (V, 3)
+    of the photo; see `RIM`.
     """
     given = np.isfinite(prior).all(axis=1)
     share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
@@ -38,11 +36,11 @@ def given_or_close(
 def even_tones(
     base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
 ) -> FloatArray:
-    """Colors (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
-    the photo shows: what a network expects there is often of another.
+    """Move unseen skin on `bare` (V,) parts, and unseen hair, to the tone of the visible: networks
+    often expect another one.
 
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. Of
-    skin it is the lighter half's: the other lies in the shadow of hair and chin.
+    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. For
+    skin it is that of the lighter half, because the other half lies in the shadow of hair and chin.
     """
     from skimage.color import lab2rgb, rgb2lab
 
@@ -65,9 +63,9 @@ def even_tones(
 def without_strangers(
     expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
 ) -> FloatArray:
-    """Expected colors (V, 3) where the photo's pixel is another part's: the median of what it
-    shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides
-    it."""
+    """Replace expected colors (V, 3) of vertices whose pixel shows another part by the median of
+    the nearest visible vertices on the same limb at rest. The nearest one alone lies in the shadow
+    of the occluding part."""
     from scipy.spatial import cKDTree
 
     lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)

@@ -172,10 +172,19 @@ def continue_photo(
         ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     )
     return Continuation(
-        labels=labels, expected=in_palette(_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), labels, seen.known), doubtful=doubtful | unlike, neighbors=own, continues=continues,
-        _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
-        _detail=np.asarray(clean - base, np.float32), _scale=camera.scale,
-    )  # fmt: skip
+        labels=labels,
+        expected=in_palette(
+            _smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), labels, seen.known
+        ),
+        doubtful=doubtful | unlike,
+        neighbors=own,
+        continues=continues,
+        _place=place * (height / exemplar.colors.shape[0]),
+        _maps=maps,
+        _vertices=vertices,
+        _detail=np.asarray(clean - base, np.float32),
+        _scale=camera.scale,
+    )
 
 
 def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:

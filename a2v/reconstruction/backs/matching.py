@@ -99,9 +99,19 @@ def match_surface(
             generator=generator,
         )
         run(
-            detail, exemplar.labels.astype(np.int64), exemplar.sources, neighbors.astype(np.int64), ways, labels.astype(np.int64),
-            np.ascontiguousarray(way), place, home, tries, leash, meter,
-        )  # fmt: skip
+            detail,
+            exemplar.labels.astype(np.int64),
+            exemplar.sources,
+            neighbors.astype(np.int64),
+            ways,
+            labels.astype(np.int64),
+            np.ascontiguousarray(way),
+            place,
+            home,
+            tries,
+            leash,
+            meter,
+        )
     return place, wanted & (place[:, 0] >= 0)
 
 
@@ -111,8 +121,15 @@ def _variance(detail: FloatArray, exemplar: Exemplar, kind: int) -> float:
 
 
 def _tries(
-    order: IntArray, place: FloatArray, home: FloatArray, labels: IntArray, pools: list[FloatArray], *, reach: float, generator: np.random.Generator
-) -> FloatArray:  # fmt: skip
+    order: IntArray,
+    place: FloatArray,
+    home: FloatArray,
+    labels: IntArray,
+    pools: list[FloatArray],
+    *,
+    reach: float,
+    generator: np.random.Generator,
+) -> FloatArray:
     """Candidates (n, 10, 2) of the vertices of `order` (n,): their own place, the mirrored one,
     five at decreasing distances from their own, three anywhere."""
     own = place[order][:, None]
@@ -141,9 +158,19 @@ def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> In
 
 
 def _sweep(
-    detail: Any, kinds: Any, sources: Any, neighbors: Any, ways: Any, labels: Any, order: Any, place: Any, home: Any, tries: Any,
-    leash: Any, meter: float,
-) -> None:  # fmt: skip
+    detail: Any,
+    kinds: Any,
+    sources: Any,
+    neighbors: Any,
+    ways: Any,
+    labels: Any,
+    order: Any,
+    place: Any,
+    home: Any,
+    tries: Any,
+    leash: Any,
+    meter: float,
+) -> None:
     """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by
     numba.
 

@@ -1,4 +1,4 @@
-"""What is known of a surface's vertices before they are labeled, and the labels."""
+"""The labels, and the evidence on a surface's vertices before they are labeled."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
-"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none
-explains."""
+"""Labels of a surface. "upper" includes what hangs down from it (a dress); "unsure" vertices fit no
+label."""
 UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
 
 HEAD_PARTS = ("head", "neck")
@@ -20,7 +20,7 @@ LEG_PARTS = tuple(part for part in PARTS if part.endswith(("thigh", "shin")))
 HANDS = tuple(part for part in PARTS if part.endswith("hand"))
 FOOT_PARTS = tuple(part for part in PARTS if part.endswith("foot"))
 _TELLING = 20
-"""At least so many vertices of a limb that the photo shows say what lies before its hidden ones."""
+"""Smallest number of visible vertices of a limb that are used in front of its hidden ones."""
 
 
 def allowed_parts(kind: int) -> tuple[str, ...]:
@@ -37,39 +37,39 @@ def allowed_parts(kind: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What is known of a surface's vertices before they are labeled.
+    """The evidence on a surface's vertices before they are labeled.
 
     Attributes
     ----------
     vertices : (V, 3)
         Meters.
     colors : (V, 3)
-        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB
-        in [0, 1].
+        Colors of the photo at `known` vertices, expected ones (of a network or a prior) at the
+        others; sRGB in [0, 1].
     known : (V,) bool
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     front : (V,) int
-        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its
-        mirrored counterpart for those behind.
+        The known vertex of the same limb nearest to the pixel of each vertex: for vertices on the
+        back, the one in front of it.
     twin : (V,) int
-        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where
+        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 if
         the photo does not show it.
     scalp : (V,) bool
-        Where hair grows on a head that has some.
+        The area in which hair can grow.
     bare : (V,) bool
-        The body's face, seen or not.
+        The face of the body, visible or not.
     neighbors : (V, N) int
         Nearest vertices.
     skin : (3,), optional
-        The face's color, sRGB; None if it was not seen.
+        The color of the face, sRGB; None if it is not visible.
     face : (V,) bool
-        Vertices within the face, of which nothing is continued.
+        Vertices within the face, which are not continued.
     rest : (V, 3), optional
-        Where they are at rest, meters: garments' borders run around the body there. None: borders
-        are as they are found.
+        Vertices at rest, meters, where borders of garments run around the body. None: borders stay
+        as found.
     cloth : (V,) bool, optional
-        What is neither skin nor hair nor shoe: a layer that hangs.
+        Vertices of a hanging layer, which is neither skin nor hair nor shoe.
     """
 
     vertices: FloatArray
@@ -92,18 +92,21 @@ class Seen:
 
 
 LIMB_PARTS: tuple[tuple[str, ...], ...] = (
-    HEAD_PARTS, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
-    *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
-)  # fmt: skip
-"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is
-there."""
+    HEAD_PARTS,
+    ("torso",),
+    *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
+    *((f"{side}_hand",) for side in ("left", "right")),
+    *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
+)
+"""Groups of parts of one limb: a visible place of one part is evidence for a hidden place behind
+it."""
 
 
 def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArray:
-    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of
-    any limb where the photo shows none of it.
+    """The known vertex (V,) of the same limb whose pixel is nearest to that of each vertex (V, 2);
+    of any limb, if the photo does not show that limb.
 
-    A hand before the belly says nothing of the back.
+    A hand in front of the belly is no evidence for the back.
     """
     from scipy.spatial import cKDTree
 

@@ -19,6 +19,7 @@ SMOOTHED: Mapping[str, float] = {
     "Sidestep": 0.05,
     "Snake": 0.05,
     "Sneak": 0.05,
+    "Wash windows": 0.03,
     "Whirl": 0.05,
 }
 """Width in seconds (`a2v.kinematics.even_paths.evened`) for each action of `cmu-fine` whose

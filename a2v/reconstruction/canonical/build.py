@@ -91,13 +91,8 @@ def canonical_person(
         The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
-    bare = bare_feet(
-        sight.subject,
-        sight.body,
-        sight.camera,
-        body_shown(sight.body, sight.subject, sight.camera),
-        STEP,
-    )
+    posed = body_shown(sight.body, sight.subject, sight.camera)
+    bare = bare_feet(sight.subject, sight.body, sight.camera, posed, STEP)
     sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings(), bare=bare)
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)

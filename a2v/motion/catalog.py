@@ -20,7 +20,8 @@ from a2v.motion.card import ModelCard
 from a2v.motion.clips import LICENSE as CLIPS_LICENSE
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
-from a2v.motion.model import MotionModel, plain_name
+from a2v.motion.model import MotionModel
+from a2v.motion.names import plain_name
 from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
 from a2v.motion.vocabulary import other_names
 

@@ -23,7 +23,7 @@ from a2v.io import read_npz
 from a2v.kinematics import Skeleton, skeleton_from_parents
 from a2v.kinematics.transforms import bone_vectors, inverse_kinematics, on_lengths
 from a2v.motion.edit import mirror_motion
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, Motion
 

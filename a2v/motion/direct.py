@@ -10,15 +10,15 @@ import numpy as np
 
 from a2v.animation.curves import near
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, skeleton_of
 from a2v.motion.direction import Direction
 from a2v.motion.direction_steerer import DirectionSteerer
-from a2v.motion.edit import Edit, edited, planting, rises, settled
+from a2v.motion.edit import Edit, edited
 from a2v.motion.figures import NATURAL_SECONDS, natural_path
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
+from a2v.motion.settling import planting, rises, settled, skeleton_of_motion
 from a2v.motion.smoothing import smooth_actions
 from a2v.motion.timeline import Moments, Take, perform, stack_clips
 from a2v.motion.ways import Way, way_along
@@ -75,7 +75,7 @@ def make_motion(
         actions = [step.action for step in steps]
         made = planted(
             settled(smooth_actions(made, actions), model.card, actions),
-            _skeleton(made),
+            skeleton_of_motion(made),
             settings=planting(model.card, actions),
         )
         return edited(_rising(made, model, steps), after)
@@ -128,14 +128,10 @@ def on_feet(motion: Motion, model: MotionModel) -> Motion:
     known = [name for name in actions if name in model.actions]
     return planted(
         motion,
-        _skeleton(motion),
+        skeleton_of_motion(motion),
         settings=planting(model.card, known),
         kept=range(motion.given_frames or 0),
     )
-
-
-def _skeleton(motion: Motion) -> Skeleton:
-    return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
 def _directed(
@@ -165,7 +161,7 @@ def _directed(
         )
 
     made = perform(model, steps, take, speed=speed, steerer=steerer)
-    skeleton = _skeleton(made)
+    skeleton = skeleton_of_motion(made)
     timed = _timed(direction, (made.frames - 1) / take.fps)
     kept = [round(key.time * take.fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)

@@ -23,9 +23,10 @@ from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
-from a2v.motion.edit import Edit, edited, rises
+from a2v.motion.edit import Edit, edited
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
+from a2v.motion.settling import rises
 from a2v.motion.timeline import Take, stack_clips
 from a2v.types import FloatArray, Motion
 

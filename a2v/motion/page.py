@@ -28,8 +28,9 @@ from a2v.io import atomic_path, read_bytes
 from a2v.kinematics.limbs import legs_of
 from a2v.kinematics.names import canonical_joints, missing_joints, split_side
 from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT
-from a2v.motion.edit import air_seconds, rises
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
+from a2v.motion.settling import air_seconds, rises
 from a2v.motion.smoothing import SMOOTHED
 from a2v.npm import NpmPackages
 from a2v.rendering.page import MAX_PAGE_BYTES, stage_script, viewer_script

@@ -30,7 +30,8 @@ from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.medley import make_sourced, natural_seconds
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary

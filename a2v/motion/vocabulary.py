@@ -21,7 +21,7 @@ from a2v.errors import InputError
 from a2v.io import shorten
 from a2v.motion.card import ModelCard
 from a2v.motion.lexicon import PARTICLE, PARTICLES, Word, canonical_words, read_words
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 

@@ -13,6 +13,7 @@ from a2v.kinematics.ground import face_forward, heading
 from a2v.motion.beginnings import rests, shifted
 from a2v.motion.card import WindowCard
 from a2v.motion.crossfade import crossfade, lowest
+from a2v.motion.growing import GrowingClips
 from a2v.motion.sampling import (
     RESULTS,
     ClipRequest,
@@ -44,63 +45,6 @@ where that length is asked for). `export/sample.py` and the page do the same."""
 LOGISTIC = 1.702
 """The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth:
 `export/sample.py` and the page can compute it too."""
-
-
-@dataclass
-class _Done:
-    """Clips that become longer, each by itself.
-
-    Attributes
-    ----------
-    joints, rotations : (N, T, J, 3) float32
-    ahead : (N, F, J, 3) float32
-        What would have come after what each clip has.
-    at : (N,) int64
-        Frames that each clip has.
-    """
-
-    joints: FloatArray
-    rotations: FloatArray
-    ahead: FloatArray
-    at: IntArray
-
-    @classmethod
-    def empty(cls, count: int, frames: int, joints: int, ahead: int) -> _Done:
-        made = np.zeros((count, frames, joints, 3), np.float32)
-        return cls(
-            made,
-            made.copy(),
-            np.zeros((count, ahead, joints, 3), np.float32),
-            np.zeros(count, np.int64),
-        )
-
-    def add(
-        self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray
-    ) -> None:
-        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3);
-        what follows them is ahead."""
-        own, fade = np.arange(len(rows))[:, None], np.arange(self.ahead.shape[1])
-        at, longest = self.at[rows], int(take.max())
-        if (at == at[0]).all() and (take == longest).all() and len(rows) == len(self.at):
-            self.joints[:, at[0] : at[0] + longest], self.rotations[:, at[0] : at[0] + longest] = (
-                joints[:, :longest],
-                rotations[:, :longest],
-            )
-        else:
-            wanted = np.arange(longest) < take[:, None]
-            clip, frame = np.nonzero(wanted)
-            self.joints[rows[clip], at[clip] + frame] = joints[clip, frame]
-            self.rotations[rows[clip], at[clip] + frame] = rotations[clip, frame]
-        if joints.shape[1]:
-            self.ahead[rows] = joints[own, np.minimum(take[:, None] + fade, joints.shape[1] - 1)]
-        self.at[rows] = at + take
-
-    def last(self, rows: IntArray, count: int) -> FloatArray:
-        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated
-        where there are fewer."""
-        at = np.maximum(self.at[rows][:, None] + np.arange(-count, 0), 0)
-        frames: FloatArray = self.joints[rows[:, None], at]
-        return frames
 
 
 @dataclass(frozen=True)
@@ -244,7 +188,7 @@ class WindowSampler:
         labels, steerer = request.labels, request.steerer
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
-        done = _Done.empty(
+        done = GrowingClips.empty(
             count, frames, len(self.card.joint_names), max(2, round(CHANGE_SECONDS * self.card.fps))
         )
         if request.start is not None:
@@ -278,7 +222,7 @@ class WindowSampler:
         return done.joints, done.rotations
 
     def _next_window(
-        self, request: ClipRequest, done: _Done, rows: IntArray, end: int, *, begins: bool
+        self, request: ClipRequest, done: GrowingClips, rows: IntArray, end: int, *, begins: bool
     ) -> _Window:
         """The window that the clips `rows` continue with, before frame `end`; one that `begins`
         fades in from what was ahead."""

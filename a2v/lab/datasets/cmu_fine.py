@@ -27,8 +27,9 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.resample import frames_made, resample_at
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.cmu import ACTIONS, load_cmu
+from a2v.lab.datasets.files import FileSource, find_source
 from a2v.lab.datasets.floors import level_feet
 from a2v.types import FloatArray, Motion
 

@@ -23,9 +23,10 @@ from a2v.formats.asf_amc import read_amc
 from a2v.formats.bvh import read_bvh
 from a2v.kinematics import CMU
 from a2v.kinematics.resample import resample_motion
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.cmu import FRAME
 from a2v.lab.datasets.cmu_fine import INDEX, fine_table
+from a2v.lab.datasets.files import FileSource, find_source
 from a2v.motion.applications import on_skeleton
 from a2v.types import Motion, Progress
 

@@ -1,4 +1,4 @@
-"""When the feet of a clip stand, and on what level, by each foot's own floor.
+"""Find when the feet of a clip are in contact, and at which level, by each foot's own floor.
 
 A foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and soles
 has `a2v.animation.contacts`.
@@ -16,22 +16,22 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True)
 class PlantSettings:
-    """When a foot stands, and what moves so that it does.
+    """Settings of contacts, and of what moves so that feet stand.
 
     Attributes
     ----------
     height : float
-        Meters over its own floor at which a foot that does not move is no longer near it.
+        Height in meters above its own floor above which a foot at rest is not in contact.
     speed, share : float
         Meters a second at which a foot on its floor no longer stands, and what each meter a second
         of the body adds to that: the feet of a generated runner slide with the body, but far slower
         than they swing.
     least, most : float
         A foot whose height and speed, in these units, add up to less than `least` stands; the
-        better one of two stands up to `most`, as somebody has to.
+        better one of two stands up to `most`, since one foot has to.
     low : float
-        Meters over its own floor up to which the better foot has to stand; higher, the person
-        flies.
+        Height in meters above its own floor below which the better foot must be in contact. Above
+        it, the person is airborne.
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are closed.
     carry : float
@@ -44,7 +44,7 @@ class PlantSettings:
         Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections
         leave.
     clearance, rise : float
-        Meters of air under a foot that swings, and seconds in which it gets there.
+        Clearance of a swinging foot in meters, and the seconds in which it is reached.
     reach : float
         Largest drop of the pelvis, meters, for a leg that is too short for its place.
     settled : bool
@@ -75,9 +75,9 @@ LOW_SECONDS = 0.8
 LOW_QUANTILE = 0.05
 """Share of a clip in which a foot may be below its own floor."""
 LEAST_STEP = 0.07
-"""Meters over the ground from which a foot stands on something."""
+"""Least height of a step above the ground, meters."""
 SAME_STEP = 0.045
-"""Meters between two levels that are one."""
+"""Largest distance in meters between two levels that are one step."""
 STEP_QUANTILE = 0.02
 """Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
 
@@ -97,7 +97,7 @@ def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatA
 def contacts(
     feet: FloatArray, root: FloatArray, fps: float, settings: PlantSettings = PLANT
 ) -> tuple[BoolArray, BoolArray, FloatArray]:
-    """When feet stand, by height over their own floor and by speed.
+    """Find contacts by height above each foot's own floor and by speed.
 
     Parameters
     ----------
@@ -137,8 +137,7 @@ def contacts(
 
 
 def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
-    """How high what each foot stands on is over the ground, between contacts smoothly from one
-    level to the next.
+    """Height above the ground of the surface under each foot, smooth between contacts.
 
     Levels of all contacts that lie within `SAME_STEP` of one another are one step; under
     `LEAST_STEP` they are the ground.
@@ -176,8 +175,8 @@ def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
 
 
 def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatArray, BoolArray]:
-    """How high over the ground what each foot of a clip stands on is (2, T), and when it stands (2,
-    T), where the ground has steps.
+    """Height above the ground of the surface under each foot (2, T), and when it is in contact (2,
+    T), on steps.
 
     Parameters
     ----------
@@ -217,8 +216,8 @@ def _without_short(flags: BoolArray, frames: float) -> BoolArray:
 
 
 def runs_of(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
-    """Of flags (N, T): the flags, the number of its run for each frame that has one, the runs'
-    lengths, and whether they touch an end."""
+    """The flags (N, T), the run number of each flagged frame, the runs' lengths, and whether each
+    touches an end."""
     begins = flags & ~np.concatenate([np.zeros_like(flags[:, :1]), flags[:, :-1]], axis=1)
     number = np.cumsum(begins.reshape(-1)).reshape(flags.shape)[flags] - 1
     counts = np.bincount(number, minlength=int(begins.sum()))
@@ -231,7 +230,8 @@ def runs_of(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]
 
 
 def bridge_gaps(move: FloatArray, flags: BoolArray) -> None:
-    """Fill rows (N, T, C) where no flag (N, T) is, in place: smoothly from the last flagged row to
+    """Fill the frames of rows (N, T, C) without a flag (N, T), in place: smoothly from the last
+    flagged row to
     the next, constant beyond the ends."""
     frames = flags.shape[1]
     at = np.arange(frames)

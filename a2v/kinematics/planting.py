@@ -1,7 +1,6 @@
-"""Feet that stand where they stand: contacts by each foot's own floor, the body carried along with
-them, legs that reach.
+"""Plant feet: hold feet in contact in place, carry the body along with them, bend legs to reach.
 
-Models say where feet are only roughly, so that they slide by decimeters while they should stand.
+Models place feet only roughly, so that feet slide by decimeters while in contact.
 Here a foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and
 soles is cleaned by `a2v.animation.grounding`.
 """
@@ -25,7 +24,7 @@ from a2v.kinematics.skeleton import Skeleton
 from a2v.types import BoolArray, FloatArray
 
 CLEAR_SECONDS = 0.07
-"""Over which a foot that has to be higher begins to rise before, and comes down after."""
+"""Seconds before and after a required rise of a foot over which it goes up and down."""
 
 
 def plant_feet(
@@ -36,18 +35,18 @@ def plant_feet(
     settings: PlantSettings = PLANT,
     stays: FloatArray | None = None,
 ) -> FloatArray:
-    """Clips whose standing feet stay where they are.
+    """Hold feet in contact in place.
 
     Parameters
     ----------
     joints : (..., T, J, 3) float
         Meters, y up; the ground is level unless not ``settings.settled``.
     skeleton : Skeleton
-        Without two legs whose feet are their ends the clips are returned as they are.
+        Clips without two legs that end in feet are returned unchanged.
     fps : float
     settings : PlantSettings
     stays : (T,) float or None
-        How much of each frame stays as it is, in [0, 1].
+        Share of each frame that stays unchanged, in [0, 1].
 
     Returns
     -------
@@ -79,8 +78,8 @@ def plant_feet(
 
 
 def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
-    """What the part of a foot that stands moves from the frame before (2, N, T, 2), over the
-    ground; the first frame's is 0."""
+    """Step over the ground of the part of each foot in contact since the frame before (2, N, T, 2);
+    0 in the first frame."""
     steps = np.diff(feet[..., [0, 2]], axis=2, prepend=feet[:, :, :1][..., [0, 2]])
     toe = by_toe.copy()
     toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it has stood before
@@ -91,8 +90,7 @@ def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
 def _carried(
     stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """Where the whole body is moved (N, T, 2) so that standing feet slide less: their steps are
-    taken off its path."""
+    """Offset of the whole body (N, T, 2) that takes the slide of feet in contact off its path."""
     both = stands.copy()
     both[:, :, 1:] &= stands[:, :, :-1]
     both[:, :, 0] = False
@@ -110,8 +108,8 @@ def _carried(
 def _moves(
     stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """What moves each foot (2, N, T, 3): standing, it stays at the middle of where it slid, on its
-    floor; smooth between."""
+    """Offset of each foot (2, N, T, 3): in contact it stays at the mean of its slide, on its floor;
+    smooth between."""
     shape = stands.shape
     flat = stands.reshape(-1, shape[-1])
     which, number, counts, _ = runs_of(flat)
@@ -136,8 +134,8 @@ def _moves(
 def _cleared(
     over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear
-    of it while it swings."""
+    """Rise of each foot (2, N, T) that keeps it out of its floor, and clear of it while it
+    swings."""
     swings = np.clip((speeds_of(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
     frames = max(1, round(settings.rise * fps))
     rising = gaussian_filter1d(
@@ -163,7 +161,7 @@ def _reach(
     fps: float,
     settings: PlantSettings,
 ) -> None:
-    """Bring feet to where `move` (2, N, T, 3) has them, in place, as far as frames are `free` (T,):
+    """Move feet by `move` (2, N, T, 3), in place, as far as frames are `free` (T,):
     the pelvis comes down for legs that are too short, knees give way."""
     drop = np.zeros(clips.shape[:2])
     targets = []

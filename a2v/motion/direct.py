@@ -1,5 +1,5 @@
-"""One clip as the commands, the pipeline and the notebooks ask for it: actions in turn, directed
-where something is asked for, on the ground, edited."""
+"""Make clips for the commands, the pipeline and the notebooks: actions in turn, directed if
+requested, on the ground, edited."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from a2v.types import Motion
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
 MIN_PACE = 0.05
-"""Meters a second along a path: slower is standing."""
+"""Slowest pace along a path, m/s: below it the person stands."""
 MAX_PACE = 20.0
-"""Meters a second along a path: nobody runs faster."""
+"""Fastest pace along a path, m/s: no person runs faster."""
 SLIDES_ALONG = 0.5
 """Meters a second that a standing foot may slide for each of the body's, before it is held: feet of
 people who run round a bend slide with them."""
@@ -46,10 +46,11 @@ def make_motion(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the
+    """Make clips: `perform`, directed where there is a `direction`, on the
     ground (`settled`) with feet that stand (`planted`), then `edited`.
 
-    What is not directed begins where people get going, unlike recordings (`a2v.motion.beginnings`).
+    Clips that are not directed begin at the first movement, unlike recordings
+    (`a2v.motion.beginnings`).
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion
 
 def on_feet(motion: Motion, model: MotionModel) -> Motion:
     """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses
-    that were given stay as they are."""
+    that were given do not change."""
     actions = motion.action.replace("|", ",").split(",")
     known = [name for name in actions if name in model.actions]
     return planted(
@@ -241,7 +242,7 @@ def check_directed(
     ------
     InputError
         The model cannot be directed, it has no joint of a name, there are several steps along a
-        path, or several clips are asked for.
+        path, or several clips are requested.
     """
     sampler = model.sampler
     if not isinstance(sampler, WindowSampler) or not sampler.card.steerable:

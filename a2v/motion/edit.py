@@ -1,5 +1,4 @@
-"""What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a
-root that carries the travel.
+"""Edit clips for game engines: in place, a seamless cycle, mirrored, faster or slower, root motion.
 
 All work on the path over the ground (`ground_trajectory`): where the root is and which way the
 person faces, with and without the sway that belongs to a step.
@@ -43,7 +42,7 @@ VELOCITY_SECONDS = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Edit:
-    """What is done to a clip once it is made.
+    """The edits of a finished clip.
 
     Attributes
     ----------
@@ -72,7 +71,7 @@ def edited(motion: Motion, edit: Edit) -> Motion:
     Raises
     ------
     InputError
-        A loop or a clip in place is asked of a batch; see the functions for each.
+        A loop or a clip in place is requested of a batch; see the functions for each.
     """
     if (edit.loop or edit.in_place) and motion.batch:
         raise InputError("loop and in-place are for one clip; leave --count out")
@@ -118,7 +117,7 @@ def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
 
 
 def repeat_loop(loop: Motion, rounds: int) -> Motion:
-    """A cycle several times: each round goes on from where the one before ends.
+    """Repeat a cycle: each round continues from the end of the one before.
 
     Raises
     ------
@@ -195,8 +194,8 @@ def make_loop(
     last.
 
     The two moments are sought that are most alike in pose and velocity, wherever on the ground they
-    are; towards the second, the clip fades into what led to the first. A cycle that travels goes on
-    from where it ends, in the direction that it ends in.
+    are; towards the second, the clip fades into what led to the first. A cycle that travels
+    continues from where it ends, in the direction that it ends in.
 
     Parameters
     ----------
@@ -252,8 +251,8 @@ def _closest_moments(
     """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity
     and travel.
 
-    Where nothing is thrown about is better than in the middle of a leap. Nothing is as much like
-    itself as somebody who stands: a cycle moves nearly as much as the clip does where it moves.
+    Where nothing is thrown about is better than in the middle of a leap. A standing person matches
+    itself best, so a cycle has to move nearly as much as the moving part of the clip.
     """
     pose = local.reshape(len(local), -1)
     velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)

@@ -33,7 +33,7 @@ from a2v.types import FloatArray, IntArray, Motion
 
 @dataclass(frozen=True)
 class MotionModel:
-    """An exported motion model: a file, and what it says of itself.
+    """An exported motion model: a file and its description.
 
     Attributes
     ----------
@@ -52,8 +52,7 @@ class MotionModel:
         Raises
         ------
         InputError
-            No such model, or the file is no motion model of a2v, or says impossible things of
-            itself.
+            No such model, or the file is no motion model of a2v, or its description is invalid.
         """
         name = os.fspath(model)
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
@@ -141,8 +140,8 @@ class MotionModel:
             as the model needs noise (once for a step model, once a window for a window model), so
             that applications can choose it.
         start : (N, P, J, 3) float or None
-            First frames of the clips, meters, y up: they are kept as they are, and what follows
-            goes on from them.
+            First frames of the clips, meters, y up: they are kept unchanged, and the generated
+            frames continue them.
 
         fresh, skip_rest : bool
             See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
@@ -300,7 +299,7 @@ class MotionModel:
         bone_scale : float or mapping
             Factor on bone lengths; see `scaled_bones`.
         lengths : (J,) float or None
-            Bone lengths of one's own, native units, instead of the scaled defaults.
+            Custom bone lengths, native units, instead of the scaled defaults.
 
         Returns
         -------

@@ -141,7 +141,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     Returns
     -------
     graph : bytes
-        ONNX, without what the file says of itself.
+        ONNX, without the description.
     guided : bool
         Whether there is the input ``guidance`` (1,) float32.
     """
@@ -185,8 +185,8 @@ def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
 
 
 def _feet(model: MotionModel) -> dict[str, Any]:
-    """What `plant.js` plants the feet by: the legs' joints, and by action how long nobody touches
-    the ground, whether it goes up, and how far it is smoothed."""
+    """Settings of `plant.js`: the legs' joints and, by action, the longest time in the air, whether
+    it goes up, and the width of its smoothing."""
     card = model.card
     return {
         "legs": [list(leg) for leg in legs_of(model.skeleton)],

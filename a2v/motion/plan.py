@@ -1,4 +1,4 @@
-"""One function from what is asked for, in words or as a timeline, to typed steps and what makes
+"""One function from words or a timeline to typed steps and what makes
 them: `plan_motion`.
 
 The command line, tables, the page and Python all ask it; nothing else decides which model or clip
@@ -89,7 +89,7 @@ class MotionPlan:
 
     @property
     def seconds(self) -> float | None:
-        """How long it lasts by nature where no length is asked for; None for a model's actions
+        """Natural length in seconds if no length is given; None for a model's actions
         without a length of their own."""
         if self.model is not None:
             return (
@@ -175,7 +175,7 @@ def plan_motion(
     timeline: str | os.PathLike[str] | None = None,
     directed: bool = False,
 ) -> MotionPlan:
-    """What is asked for as steps, and what makes them.
+    """Turn words or a timeline into steps and their sources.
 
     Parameters
     ----------

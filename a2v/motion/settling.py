@@ -1,5 +1,5 @@
-"""Bring generated clips to the ground: what goes up, how long people are in the air, how feet are
-planted."""
+"""Bring generated clips to the ground: which actions go up, how long the person may be in the air,
+how feet are planted."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ RISING = ("Climb", "Step")
 FLYING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive")
 """Parts of the names of actions, or of their families, in which people jump."""
 RUNNING = ("run", "jog")
-"""The same in which people run."""
+"""The same for actions in which people run."""
 
 AIR_SECONDS = 0.7
-"""How long no joint is near the ground at most, in a jump."""
+"""Longest time in seconds that no joint is near the ground, in a jump."""
 STEP_SECONDS = 0.4
 """The same between two steps of a run."""
 TOE_SECONDS = 0.3
-"""The same where a foot always is on the ground: as long as a step, or what is taken off shakes the
-body with each of them."""
+"""The same if a foot is always on the ground. Shorter than a step, the correction would shake the
+body with every step."""
 
 MOST_APART = 0.03
-"""Meters by which the floors of two feet may lie apart and be one ground still."""
+"""Largest height difference in meters of the floors of two feet on one ground."""
 
 
 def rises(card: ModelCard, action: str) -> bool:
@@ -45,7 +45,7 @@ def _traits(card: ModelCard, action: str) -> tuple[str, ...]:
 
 
 def air_seconds(card: ModelCard, action: str) -> float:
-    """How long nobody who does this touches the ground, at most."""
+    """Longest time in seconds that the person is in the air in this action."""
     words = " ".join((action, *_traits(card, action))).lower()
     if any(part in words for part in FLYING):
         return AIR_SECONDS
@@ -53,16 +53,16 @@ def air_seconds(card: ModelCard, action: str) -> float:
 
 
 def planting(card: ModelCard, actions: Iterable[str]) -> PlantSettings:
-    """How the feet of a generated clip of these actions are planted: not on one level where one of
-    them goes up."""
+    """Settings for planting the feet of these actions; the ground has steps if one of them goes
+    up."""
     return PlantSettings(settled=not any(rises(card, name) for name in actions))
 
 
 def settled(
     motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None
 ) -> Motion:
-    """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as
-    it is where one of them goes up."""
+    """Bring a generated clip or batch to the ground (`settle`), unless one of its actions goes
+    up."""
     names = tuple(actions)
     if any(rises(card, name) for name in names):
         return motion
@@ -72,8 +72,8 @@ def settled(
 def settle(
     motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None
 ) -> Motion:
-    """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of
-    all for `seconds` is taken off.
+    """Bring a clip that floats back to the ground: remove the height that its lowest joint keeps
+    above the lowest of all for `seconds`.
 
     Models know the root's height only through the code of a whole window, so that clips rise by
     decimeters. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
@@ -95,8 +95,7 @@ def settle(
 
 
 def _lowest(motion: Motion) -> FloatArray:
-    """Height (..., T) of the lowest joint, each foot over its own floor: one that stands a little
-    higher is no step up."""
+    """Height (..., T) of the lowest joint, with each foot measured from its own floor."""
     heights = motion.joints[..., 1].astype(np.float64)
     legs = legs_of(skeleton_of_motion(motion))
     for pair in zip(*(leg[2:] for leg in legs), strict=True) if len(legs) == 2 else ():

@@ -1,4 +1,4 @@
-"""Clips window by window: each goes on from the last frames of the one before."""
+"""Make clips window by window: each continues the last frames of the one before."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
 
 CHANGE_SECONDS = 0.25
-"""Over which one action fades into another."""
+"""Seconds over which one action fades into another."""
 
 SHORT_SHARE = 0.3
-"""Share of a window under which the middle clip of an action is short: somebody who runs through
-the laboratory, in three seconds at most."""
+"""Share of a window under which the middle clip of an action is short: a person who runs through
+the laboratory in at most three seconds."""
 
 ENDING_FRAMES = 2
-"""Frames at the end of a window's motion in which it comes to rest; a window that is gone on from
-does without them."""
+"""Frames at the end of a window's motion in which it comes to rest; a window that is continued
+loses them."""
 
 BROKEN = 20
 """The shortest clips of an action, one in this many, are never drawn: beside many longer ones they
 are mostly recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and the model repeats it
-where that length is asked for). `export/sample.py` and the page do the same."""
+if that length is requested). `export/sample.py` and the page do the same."""
 
 LOGISTIC = 1.702
 """The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth:
@@ -49,7 +49,7 @@ LOGISTIC = 1.702
 
 @dataclass(frozen=True)
 class WindowSampler:
-    """Whole windows, each of which goes on from the last frames of the one before."""
+    """Makes whole windows, each of which continues the last frames of the one before."""
 
     path: Path
     card: WindowCard
@@ -85,8 +85,8 @@ class WindowSampler:
         `active_shares` by the last number of their `noise` (N, Z).
 
         That is the noise of the code's least coefficient, so that nothing else depends on it. A
-        window that goes on from another is as long as one of the longer half: a clip is gone on
-        with, and not begun again and again.
+        window that continues another gets one of the longer half, so that a clip continues instead
+        of beginning again and again.
         """
         u = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
         drawn = np.zeros(len(label), np.float32)
@@ -117,7 +117,7 @@ class WindowSampler:
         lengths : (N, J) float
             Native units.
         context : (N, P, J, 3) float or None
-            Frames that the window repeats at its start and goes on from, meters.
+            Frames that the window repeats at its start and continues, meters.
         steering : Steering or None
             Constraints for all of the windows.
         """
@@ -141,7 +141,8 @@ class WindowSampler:
         )
 
     def reader(self, lengths: FloatArray) -> CodeReader:
-        """What the codes of this model say of the joints of a body with bones of `lengths` (J,),
+        """Linear map from the codes of this model to the joints of a body with bones of `lengths`
+        (J,),
         native units.
 
         Raises
@@ -346,7 +347,8 @@ class _Window:
 def _guided(
     window: _Window, steerer: Steerer, joints: FloatArray, *, take: int
 ) -> tuple[FloatArray, FloatArray]:
-    """The `window` after `joints` (1, T, J, 3) as `steerer` wants it; its known frames are the last
+    """The `window` after `joints` (1, T, J, 3) with the constraints of `steerer`; its known frames
+    are the last
     of these."""
     known, skeleton = window.known, window.sampler.card.skeleton
     first = joints.shape[1] - known

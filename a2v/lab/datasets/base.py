@@ -1,4 +1,4 @@
-"""What every data set of motions becomes: clips of joints with action labels."""
+"""The common form of all data sets of motions: clips of joints with action labels."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class ActionDataset:
         Whether the roots travel; False where they are only known up to the person's own position
         (NTU-VIBE).
     notes : tuple of str
-        What the loader wants people to know: files it passed over, units it guessed.
+        Notes of the loader for the user: files it skipped, units it guessed.
     traits : tuple of tuples of str
         What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can
         be learned from their like; empty where nothing is known.

@@ -1,7 +1,7 @@
-"""The whole CMU data base, for whoever has it: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
+"""Read the whole CMU data base: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
 as BVH, under curated actions.
 
-What the index says of a recording becomes an action by the table of `cmu_fine`, else by the first
+The index entry of a recording becomes an action by the table of `cmu_fine`, else by the first
 rule of ``cmu_full.csv`` whose pattern is found in it; rules without an action leave recordings out.
 Joints are brought to the papers' twenty at 30 Hz.
 """

@@ -107,7 +107,7 @@ class _Entry:
 
 
 def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
-    """The entries of the list of that name, in its order, each checked when it is asked for."""
+    """The entries of the list of that name, in its order, each checked when it is read."""
     try:
         lines = source.read(name).decode("utf-8").splitlines()
     except UnicodeDecodeError:

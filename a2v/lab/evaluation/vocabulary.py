@@ -24,7 +24,8 @@ FRAME_STEP = 4
 """Frames between the poses of a window that are compared."""
 
 ENOUGH_CLIPS = 5
-"""Recorded clips from which an action's accuracy says more of the model than of the data."""
+"""Least number of recorded clips at which an action's accuracy depends more on the model than on
+the data."""
 
 
 @dataclass(frozen=True)

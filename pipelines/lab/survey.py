@@ -16,7 +16,7 @@ from a2v.lab.evaluation.baselines import baseline_motions, open_baseline
 from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.motion import MotionModel
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 from a2v.rendering.stickfigure import plot_rows, save_figure
 from a2v.types import Motion
 from pipelines.answer import Answer

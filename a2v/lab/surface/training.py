@@ -203,7 +203,8 @@ class StageTraining(Training):
         found, weights = _read_networks(self.settings.initial, self.stage)
         if found != self.network:
             raise InputError(
-                f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out"
+                f"{self.settings.initial} has other networks ({found}); give the same --network "
+                "settings, or leave initial out"
             )
         self.model.load_state_dict(weights)
 

@@ -30,7 +30,6 @@ LONG_FUNCTIONS: dict[str, str] = {
     "a2v/rendering/camera.py:follow_cameras": "to be shortened",
     "a2v/rendering/stickfigure/plots.py:plot_rows": "to be shortened",
     "export/sample.py:bvh": "to be shortened",
-    "pipelines/lab/evaluate.py:run": "to be shortened",
 }
 #: What takes more parameters, and why.
 MANY_PARAMETERS: dict[str, str] = {
@@ -46,8 +45,6 @@ LONG_FILES: dict[str, str] = {
     "a2v/types.py": "all types on the arrows, most of it what their fields mean",
     "a2v/footage/fit.py": "to be split",
     "a2v/formats/gltf/people.py": "to be split",
-    "a2v/lab/evaluation/protocol.py": "to be split",
-    "a2v/lab/runs.py": "to be split",
     "a2v/lab/studio/makehuman/people.py": "to be split",
     "a2v/lab/studio/rooms.py": "to be split",
     "a2v/lab/studio/scene.py": "to be split",

@@ -91,6 +91,8 @@ class Figure:
         self.marks = self.marks + torch.einsum(
             "lB,Bb,Bk->lbk", frame.of_bones, frame.carried, fixed
         )
+        self.wrists = frame.wrists
+        """Rows of the moving bones that carry the left and the right hand."""
         self.points = (
             torch.zeros(len(JOINTS), 3, dtype=torch.float64)
             + heads[frame.joint_bones]
@@ -170,6 +172,7 @@ class _Frame:
         self.shares = self.of_vertices @ self.weights + self.of_bones @ self.carried
         self.joint_bones = torch.tensor([model.bone(bone) for _, _, bone in JOINTS])
         self.joint_carrier = self.carrier[self.joint_bones]
+        self.wrists = [int(self.carrier[model.bone(f"wrist.{side}")]) for side in "LR"]
         self.joint_offsets = torch.tensor(
             [_POINTS.get(name, (0.0, 0.0, 0.0)) for name, _, _ in JOINTS], dtype=torch.float64
         )

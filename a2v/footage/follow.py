@@ -14,13 +14,16 @@ from scipy.interpolate import CubicSpline
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
-from a2v.footage.fit import SOLE, SOLES, FilmFit, Moves, Stands
+from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.hands import Hands, nearest_turns, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
+from a2v.footage.terms import SOLE, SOLES, Stands
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
+from a2v.geometry.vectors import unit
 from a2v.io import sha256
 from a2v.kinematics.planting import PlantSettings, contacts, plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
@@ -91,24 +94,7 @@ def follow_person(
     settings = settings or FollowSettings()
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
-        if reel.seconds and settings.start >= reel.seconds:
-            raise InputError(
-                f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
-            )
-        expected = max(
-            1,
-            round(
-                min(limit, max(reel.seconds - settings.start, 0) or limit)
-                * min(reel.rate or RATE, RATE)
-            ),
-        )
-        sightings: list[Sighting] = []
-        for sighting in tracker.follow(
-            reel.frames(side=settings.side, start=settings.start, seconds=limit)
-        ):
-            sightings.append(sighting)
-            if progress is not None:
-                progress(min(len(sightings), expected), round(expected / LOOKING))
+        sightings, expected = _seen(reel, tracker, settings, limit, progress)
     piece = _longest(sightings, reel, settings, tracker)
     own = sightings[piece.first : piece.end]
     assert tracker.shape is not None
@@ -123,6 +109,8 @@ def follow_person(
 
     moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
+    hands = _hands(own, track, moves, motion.frames)
+    motion = motion if hands is None else with_hands(motion, hands)
     faces = _faces(own, track, motion.frames)
     remarks = [
         *told_reel(
@@ -138,11 +126,55 @@ def follow_person(
         **_facts(path, reel, sightings, track, moves),
         "from": settings.start + own[0].time,
         "expressions": len(faces),
+        "hands": [0.0, 0.0] if hands is None else hands.seen.round(2).tolist(),
     }
     return Followed(
         motion=replace(motion, provenance=dict(facts), expressions=faces or None),
         remarks=tuple(remarks),
         facts=facts,
+    )
+
+
+def _seen(
+    reel: Reel,
+    tracker: Tracker,
+    settings: FollowSettings,
+    limit: float,
+    progress: Progress | None,
+) -> tuple[list[Sighting], int]:
+    """All sightings of a video, and the number of frames that was expected."""
+    if reel.seconds and settings.start >= reel.seconds:
+        raise InputError(
+            f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
+        )
+    length = min(limit, max(reel.seconds - settings.start, 0) or limit)
+    expected = max(1, round(length * min(reel.rate or RATE, RATE))) if np.isfinite(length) else 1
+    sightings: list[Sighting] = []
+    frames = reel.frames(side=settings.side, start=settings.start, seconds=limit)
+    for sighting in tracker.follow(frames):
+        sightings.append(sighting)
+        if progress is not None:
+            progress(min(len(sightings), expected), round(expected / LOOKING))
+    return sightings, expected
+
+
+def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -> Hands | None:
+    """The hands at 30 frames a second; None if they are hardly seen."""
+    found = track_hands(
+        [one.hands for one in sightings],
+        moves.wrists,
+        track.yaw,
+        track.tilt + moves.tilt,
+        track.times,
+    )
+    if found is None:
+        return None
+    axes = evenly(found.axes.reshape(track.frames, -1), track.times, SHOWN_FPS)
+    fingers = evenly(found.fingers.reshape(track.frames, -1), track.times, SHOWN_FPS)
+    return Hands(
+        axes=nearest_turns(axes[:frames].reshape(frames, 2, 3, 3)),
+        fingers=unit(fingers[:frames].reshape(frames, *found.fingers.shape[1:])),
+        seen=found.seen,
     )
 
 

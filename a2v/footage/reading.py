@@ -187,9 +187,12 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
             container = av.open(
                 stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"}
             )
+        except av.EOFError:
+            raise InputError(f"{source} has no frames, or is cut off; {_NOT}") from None
         except (av.FFmpegError, ValueError, OSError) as error:
+            reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"{source} is no video that can be read ({shorten(error, 80)}); {_NOT}"
+                f"{source} is no video that can be read ({shorten(reason, 80)}); {_NOT}"
             ) from None
         with container:
             yield _reel(source, container)
@@ -198,7 +201,8 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
 def _reel(source: str, container: Any) -> Reel:
     """What the container says, checked, and its first frame."""
     if not container.streams.video:
-        raise InputError(f"{source} has no pictures, only sound; {_NOT}")
+        what = "no pictures, only sound" if container.streams.audio else "no frames"
+        raise InputError(f"{source} has {what}; {_NOT}")
     stream = container.streams.video[0]
     context = stream.codec_context
     if context is None:

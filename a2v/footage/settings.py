@@ -35,6 +35,8 @@ class FollowSettings:
         "auto": its turns are found from the background; "still": it stands on a tripod.
     face : bool
         Look for the face, where it is large enough, and fit the 52 expressions to it.
+    hands : bool
+        Look for the hands, if they are large enough, and give the motion their fingers.
     acceleration : float
         Usual acceleration of a joint, meters per square second: less is smoother. Errors beyond it
         count linearly, so that hits stay.
@@ -51,6 +53,7 @@ class FollowSettings:
     lens: float = 0.0
     camera: str = "auto"
     face: bool = True
+    hands: bool = True
     acceleration: float = 8.0
     window: int = 72
     steps: int = 60

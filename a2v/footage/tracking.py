@@ -14,6 +14,7 @@ from typing_extensions import Self
 
 from a2v.errors import InputError
 from a2v.footage.background import Background
+from a2v.footage.hands import SIDES, HandTracker
 from a2v.footage.reading import Shown
 from a2v.footage.settings import FollowSettings
 from a2v.perception.bodymap import height_in_pixels, look_at_body, mended
@@ -61,6 +62,8 @@ class Sighting:
         Left, top, right, bottom, pixels.
     face : (478, 3) float16 or None
         Mediapipe's landmarks, in units of the eyes' distance from their middle: u, v, depth.
+    hands : pair of (21, 3) float16 or None
+        Left and right, as of `a2v.footage.hands.HandTracker.look`.
     """
 
     time: float
@@ -72,6 +75,7 @@ class Sighting:
     height: float = 0.0
     box: FloatArray | None = None
     face: FloatArray | None = None
+    hands: tuple[FloatArray | None, FloatArray | None] = (None, None)
 
 
 AHEAD = 4
@@ -111,6 +115,10 @@ class Tracker:
         self._aside = self._stack.enter_context(ThreadPoolExecutor(1))
         self._pose = self._stack.enter_context(Detector())
         self._face = self._stack.enter_context(FaceDetector()) if self.settings.face else None
+        self._hands = (
+            [self._stack.enter_context(HandTracker()) for _ in SIDES] if self.settings.hands else []
+        )
+        self._turn = 0
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -275,7 +283,18 @@ class Tracker:
             height=float(height_in_pixels(found.landmarks) / scale),
             box=_in_picture(_box_of(person), middle, scale),
             face=self._see_face(image, keypoints),
+            hands=self._see_hands(image, keypoints),
         )
+
+    def _see_hands(
+        self, image: ByteArray, keypoints: FloatArray
+    ) -> tuple[FloatArray | None, FloatArray | None]:
+        """Landmarks of one hand; left and right take turns."""
+        found: list[FloatArray | None] = [None, None]
+        if self._hands:
+            self._turn = 1 - self._turn
+            found[self._turn] = self._hands[self._turn].look(image, keypoints, SIDES[self._turn])
+        return found[0], found[1]
 
     def _see_face(self, image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
         head = keypoints[:11]

@@ -21,7 +21,7 @@ from a2v.perception.detector import Solution, cut_square, silenced
 from a2v.types import ByteArray, FloatArray, Motion
 
 SIDES: tuple[str, ...] = ("left", "right")
-SMALLEST = 14.0
+SMALLEST = 10.0
 """Distance in pixels of the video from the wrist to the knuckles below which a hand is not
 searched."""
 LEAST = 0.15
@@ -59,7 +59,7 @@ class HandTracker(Solution):
             static_image_mode=False,
             max_num_hands=1,
             model_complexity=0,
-            min_detection_confidence=0.4,
+            min_detection_confidence=0.25,
         )
         graph.process(np.zeros((32, 32, 3), np.uint8))
         return graph

@@ -91,7 +91,9 @@ def test_the_motion_gets_fingers_that_a_rig_follows():
     made = with_hands(motion, hands)
     assert np.array_equal(made.joints[:, : len(NAMES)], joints)
     found = detail_joints(made)
-    assert {f"{side}_{finger}_4" for side in ("left", "right") for finger in ("thumb", "little")} <= set(found)
+    assert {
+        f"{side}_{finger}_4" for side in ("left", "right") for finger in ("thumb", "little")
+    } <= set(found)
     lengths = [
         np.linalg.norm(found[f"left_index_{place + 1}"] - found[f"left_index_{place}"], axis=-1)
         for place in (1, 2, 3)

@@ -40,7 +40,15 @@ def test_videos_of_an_action_become_an_action_beside_a_shipped_one(
     assert sorted(path.name for path in actions.glob("slide/*")) == ["one.bvh", "two.bvh"]
 
     (actions / "Walk").mkdir()
-    walk = ["motion", "--action", "Walk", "--seconds", "1", "--out", str(actions / "Walk" / "a.bvh")]
+    walk = [
+        "motion",
+        "--action",
+        "Walk",
+        "--seconds",
+        "1",
+        "--out",
+        str(actions / "Walk" / "a.bvh"),
+    ]
     assert main([*walk, *rig]) == 0
     found = load_bvh_folder(actions, BVHFolderSettings(frames=12))
     assert found.actions == ("Walk", "slide")

@@ -60,10 +60,10 @@ class WindowGraph(nn.Module):
         codec = model.codec
         self.network, self.skeleton, self.steps = model.network, dataset.skeleton, steps
         self.guidance, self.guided_until, self.temperature = guidance, guided_until, temperature
-        self.frames, self.context_frames, self.metres_per_unit = (
+        self.frames, self.context_frames, self.meters_per_unit = (
             codec.frames,
             codec.context_frames,
-            dataset.frame.metres_per_unit,
+            dataset.frame.meters_per_unit,
         )
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer(
@@ -119,7 +119,7 @@ class WindowGraph(nn.Module):
         goal : (B, K) or (1, K)
             What is to be measured. None: no constraints, for which the file has one of zeros.
         """
-        moved = (context - context[:, :1, :1]) / self.metres_per_unit
+        moved = (context - context[:, :1, :1]) / self.meters_per_unit
         heading = self._heading(moved, has_context)
         if heading is not None:
             moved = face_forward(moved, heading)
@@ -160,7 +160,7 @@ class WindowGraph(nn.Module):
         )
         made = (
             array.reshape(3 * n, -1).T.reshape(size)
-            for array in (joints * self.metres_per_unit, rotvec)
+            for array in (joints * self.meters_per_unit, rotvec)
         )
         return tuple(made)  # type: ignore[return-value]
 

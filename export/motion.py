@@ -255,7 +255,7 @@ def _sequence_values(
     return inputs, [*clips, value("root", "batch", "frames", 3), *states("last_")]
 
 
-def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
+def sequence_model(model: MotionVAE, meters_per_unit: float) -> onnx.ModelProto:
     """The whole-sequence graph: a Scan of the step over frames, then meters.
 
     Inputs are noise (N, T, Z), actions (N, T) int64, time (N, T) in (0, 1], bone_lengths (N, J) in
@@ -277,7 +277,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     constants: dict[str, np.ndarray] = {
         "depth": np.array(model.n_actions, np.int64),
         "off_on": np.array([0, 1], np.float32),
-        "metres_per_unit": np.array(metres_per_unit, np.float32),
+        "meters_per_unit": np.array(meters_per_unit, np.float32),
         "axis2": np.array([2], np.int64),
         "root_index": np.array(0, np.int64),
         "plan_joints": model.pose_decoder.plan.joints.numpy(),
@@ -290,7 +290,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         *folded,
         scan,
         *rotations.graph.node,
-        helper.make_node("Mul", ["native_joints", "metres_per_unit"], ["joints"]),
+        helper.make_node("Mul", ["native_joints", "meters_per_unit"], ["joints"]),
         helper.make_node("Gather", ["joints", "root_index"], ["root"], axis=2),
     ]
     stored = [
@@ -325,7 +325,7 @@ def describe_data(dataset: ActionDataset, *, license: str) -> dict[str, Any]:
         "bone_lengths": np.round(
             np.median(dataset.clip_bone_lengths, axis=0).astype(float), 6
         ).tolist(),
-        "metres_per_unit": dataset.frame.metres_per_unit,
+        "metres_per_unit": dataset.frame.meters_per_unit,
         "native_signs": list(dataset.frame.signs),
         "licence": license,
         **{
@@ -413,7 +413,7 @@ def export_motion(
         )
     demand_temperature(temperature)
     round_to_stored(model.cpu())
-    graph = sequence_model(cool(model, temperature), dataset.frame.metres_per_unit)
+    graph = sequence_model(cool(model, temperature), dataset.frame.meters_per_unit)
     shrink(graph)
     save_model(
         graph,

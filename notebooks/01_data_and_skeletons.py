@@ -91,7 +91,7 @@ with tempfile.TemporaryDirectory() as folder:
 # %%
 native = data.joints[shown[0]] * np.asarray(data.frame.signs, np.float32)
 head, ankle = data.skeleton.index("head"), data.skeleton.index("left_ankle")
-print(f"signs {data.frame.signs}, {data.frame.metres_per_unit:.3f} m a unit")
+print(f"signs {data.frame.signs}, {data.frame.meters_per_unit:.3f} m a unit")
 print(
     f"head above ankle: native {native[0, head, 1] - native[0, ankle, 1]:+.2f}, world {walk.joints[0, head, 1] - walk.joints[0, ankle, 1]:+.2f} m"
 )

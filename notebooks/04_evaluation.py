@@ -162,7 +162,7 @@ def shaken(labels, lengths, generator):
 def skating(labels, lengths, generator):
     """Both feet glide to and fro under the body, 4 cm each way, once a second: no foot stands any more."""
     motions = generate(labels, lengths, generator).copy()
-    way = 0.04 / data.frame.metres_per_unit * np.sin(2 * np.pi * np.arange(motions.shape[1]) / data.fps)
+    way = 0.04 / data.frame.meters_per_unit * np.sin(2 * np.pi * np.arange(motions.shape[1]) / data.fps)
     motions[:, :, list(data.skeleton.feet), 2] += way.astype(np.float32)[:, None]
     return motions
 
@@ -170,7 +170,7 @@ def skating(labels, lengths, generator):
 def drifting(labels, lengths, generator):
     """The whole person drifts sideways at 20 cm/s."""
     motions = generate(labels, lengths, generator)
-    drift = np.arange(motions.shape[1], dtype=np.float32) * 0.2 / data.fps / data.frame.metres_per_unit
+    drift = np.arange(motions.shape[1], dtype=np.float32) * 0.2 / data.fps / data.frame.meters_per_unit
     return motions + drift[:, None, None] * np.float32([1, 0, 0])
 
 

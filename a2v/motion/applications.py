@@ -168,14 +168,14 @@ def outpaint(
     names = model.check_request(action, frames=frames, count=count)
     skeleton = model.skeleton
     given = on_skeleton(
-        resample_motion(start, model.fps), skeleton, model.bone_lengths * model.card.metres_per_unit
+        resample_motion(start, model.fps), skeleton, model.bone_lengths * model.card.meters_per_unit
     )
     if len(given) >= frames:
         raise InputError(
             f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or give fewer of them"
         )
     vectors = given - given[:, np.maximum(skeleton.parents, 0)]
-    lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.metres_per_unit
+    lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.meters_per_unit
     generator = np.random.default_rng(seed)
     labels = np.tile(model.frame_labels(names, frames), (count, 1))
     bodies = np.tile(lengths.astype(np.float32), (count, 1))

@@ -62,7 +62,7 @@ class ModelCard:
         Rest pose of the rotations that it makes, unit vectors.
     bone_lengths : (J,) float32
         Default bone lengths, native units.
-    metres_per_unit : float
+    meters_per_unit : float
         Meters of one native unit.
     native_signs : tuple of 3 floats of +1 or -1
         Sign of each native axis; see `a2v.lab.datasets.NativeFrame`.
@@ -85,7 +85,7 @@ class ModelCard:
     skeleton: Skeleton
     rest_directions: FloatArray
     bone_lengths: FloatArray
-    metres_per_unit: float
+    meters_per_unit: float
     native_signs: tuple[float, float, float]
     latent_size: int
     traits: tuple[tuple[str, ...], ...] = ()
@@ -260,7 +260,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "bone_lengths": entries.numbers("bone_lengths", length=len(joints), low=0, high=1e6).astype(
             np.float32
         ),
-        "metres_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
+        "meters_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
         "native_signs": entries.signs("native_signs"),
         "latent_size": entries.integer("latent_size", high=_LARGEST_SIZE),
         "traits": _texts_by_action(entries, "traits", len(actions)),

@@ -6,11 +6,13 @@ clips behind one function.
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 from a2v.errors import InputError
@@ -25,6 +27,8 @@ from a2v.motion.vocabulary import other_names
 SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-fine")
 """Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double
 speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
+
+WEAK = Path(__file__).with_name("weak.csv")
 
 LICENSES = ("any", "free")
 """What may be used: everything that ships, or only what is free for every use."""
@@ -73,12 +77,15 @@ class Entry:
         Which of `SOURCES` make it, the preferred first.
     theme : str
     license : str
+    note : str
+        What is not shown well, if anything.
     """
 
     name: str
     sources: tuple[str, ...]
     theme: str
     license: str
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -241,9 +248,22 @@ def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
     words = Vocabulary.of(card)
     license = "research only" if source in RESEARCH else "free"
     return [
-        Entry(name=name, sources=(source,), theme=_theme(card, words, name), license=license)
+        Entry(
+            name=name,
+            sources=(source,),
+            theme=_theme(card, words, name),
+            license=license,
+            note=weaknesses().get(name, "") if source == "cmu-fine" else "",
+        )
         for name in card.actions
     ], words
+
+
+@cache
+def weaknesses() -> dict[str, str]:
+    """Actions of `cmu-fine` that cannot be shown well to what is wrong with them (``weak.csv``)."""
+    with WEAK.open(newline="", encoding="utf-8") as stream:
+        return {row["action"]: row["note"] for row in csv.DictReader(stream)}
 
 
 def _theme(card: ModelCard, words: Vocabulary, action: str) -> str:

@@ -19,6 +19,7 @@ from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
+from a2v.motion.smoothing import smooth_actions
 from a2v.motion.timeline import Moments, Take, perform, stack_clips
 from a2v.motion.ways import Way, way_along
 from a2v.motion.window_sampler import WindowSampler
@@ -73,7 +74,7 @@ def make_motion(
         made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
         made = planted(
-            settled(made, model.card, actions),
+            settled(smooth_actions(made, actions), model.card, actions),
             _skeleton(made),
             settings=planting(model.card, actions),
         )

@@ -121,7 +121,7 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
         raise InputError(
             f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than {MAX_POSES} of them"
         )
-    skeleton, own = model.skeleton, model.bone_lengths * model.card.metres_per_unit
+    skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
     joints[..., 1] -= joints[..., 1].min()
     vectors = bone_vectors(joints, skeleton)

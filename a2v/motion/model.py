@@ -242,7 +242,7 @@ class MotionModel:
         This is what the papers' classifiers expect.
         """
         return to_native(
-            joints, metres_per_unit=self.card.metres_per_unit, signs=self.card.native_signs
+            joints, meters_per_unit=self.card.meters_per_unit, signs=self.card.native_signs
         )
 
     def sample_native(

@@ -139,10 +139,10 @@ def place_on_ground(joints: FloatArray, window: int) -> FloatArray:
 
 
 def to_native(
-    joints: FloatArray, *, metres_per_unit: float, signs: tuple[float, float, float]
+    joints: FloatArray, *, meters_per_unit: float, signs: tuple[float, float, float]
 ) -> FloatArray:
     """World joints (..., T, J, 3), meters, in a data set's own frame and unit
     (`a2v.lab.datasets.NativeFrame`), first root at the origin."""
     moved = joints - joints[..., :1, :1, :]
-    native: FloatArray = moved / np.float32(metres_per_unit) * np.asarray(signs, np.float32)
+    native: FloatArray = moved / np.float32(meters_per_unit) * np.asarray(signs, np.float32)
     return native

@@ -14,7 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from a2v.errors import InputError
-from a2v.motion.catalog import NAMES, SOURCES, Understanding, catalog, understand, with_sources
+from a2v.motion.catalog import (
+    NAMES,
+    SOURCES,
+    Understanding,
+    catalog,
+    understand,
+    weaknesses,
+    with_sources,
+)
 from a2v.motion.clips import LIBRARY
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.direct import make_motion
@@ -22,7 +30,7 @@ from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.medley import make_sourced, natural_seconds
-from a2v.motion.model import MotionModel
+from a2v.motion.model import BUNDLED, MotionModel
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
@@ -105,7 +113,23 @@ class MotionPlan:
             self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source)
             for step in self.steps
         ]
-        return [f"{line} [{name}]" for line, name in zip(told, names, strict=True)]
+        weak = weaknesses()
+        notes = [
+            f"; {weak[step.action]}"
+            if step.action in weak and "cmu-fine" in (step.source, self._model_name)
+            else ""
+            for step in self.steps
+        ]
+        return [
+            f"{line} [{name}]{note}" for line, name, note in zip(told, names, notes, strict=True)
+        ]
+
+    @property
+    def _model_name(self) -> str:
+        """Name of the one model among the shipped ones; empty for others and for several
+        sources."""
+        files = {file: name for name, file in BUNDLED.items()}
+        return "" if self.model is None else files.get(self.model.path.name, "")
 
     def make(
         self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None

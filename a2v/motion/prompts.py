@@ -44,6 +44,8 @@ NEGATIONS = frozenset(
         "nor",
     ]
 )
+UNKNOWING = frozenset(["know", "idea", "clue"])
+"""After a negation these are a shrug: "I don't know"."""
 RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
 """Words that end what is not wanted."""
 STILL = frozenset(["move", "anyth", "stir", "budg"])
@@ -253,7 +255,7 @@ def take_negations(text: str) -> tuple[str, frozenset[str]]:
     words = text.split()
     plain = ["".join(plain_words(word)) for word in words]
     for at, (word, bare) in enumerate(zip(words, plain, strict=True)):
-        if bare in NEGATIONS and any(plain[at + 1 :]):
+        if bare in NEGATIONS and any(plain[at + 1 :]) and plain[at + 1] not in UNKNOWING:
             negated = True
             if wanted and plain[at - 1] in ("do", "does", "is", "but"):
                 wanted.pop()

@@ -32,7 +32,7 @@ class CodeReader:
     skeleton : Skeleton
     lengths : (J,) float
         Bone lengths, meters.
-    metres_per_unit : float
+    meters_per_unit : float
     frames : int
     """
 
@@ -40,7 +40,7 @@ class CodeReader:
     mean: FloatArray
     skeleton: Skeleton
     lengths: FloatArray
-    metres_per_unit: float
+    meters_per_unit: float
     frames: int
 
     def root(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -49,7 +49,7 @@ class CodeReader:
 
         `frames` may lie between two, here and below.
         """
-        scale = self.metres_per_unit / ROOT_WEIGHT
+        scale = self.meters_per_unit / ROOT_WEIGHT
         rows, offset = self._features(frames)
         first, at_first = self._features(np.zeros(1))
         return (rows[:, :3] - first[:, :3]) * scale, (offset[:, :3] - at_first[:, :3]) * scale

@@ -80,7 +80,7 @@ class StepSampler:
     ) -> tuple[FloatArray, FloatArray]:
         """As `run`, but the first frames are those of `start` (N, P, J, 3): the states follow them,
         as under teacher forcing."""
-        native = ((start - start[:, :1, :1]) / np.float32(self.card.metres_per_unit)).astype(
+        native = ((start - start[:, :1, :1]) / np.float32(self.card.meters_per_unit)).astype(
             np.float32
         )
         states = self.initial_states(len(labels))

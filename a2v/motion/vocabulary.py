@@ -47,7 +47,7 @@ PLACED_WORD = 0.4
 """Share of its weight that a word has which says where something takes place ("stand up from the
 floor"), for actions that do not have it."""
 ADVERB = 0.4
-"""The same of words that say how: "listen carefully"."""
+"""The same of words that say how: "listen carefully", "run away scared"."""
 HINT = 0.55
 """Weight of a word that no name has, only what actions are called besides."""
 TEMPO_WEIGHT = 0.3
@@ -227,7 +227,9 @@ class Vocabulary:
             ):
                 words[word.stem] = word
         against = sum(word.against for word in read if word.stem not in self.weights)
-        kinds, own, banned = KINDS & set(words), trigrams(text), frozenset(without)
+        # "warm up before a run" is no run
+        said = {stem for stem, word in words.items() if not word.placed} or set(words)
+        kinds, own, banned = KINDS & said, trigrams(text), frozenset(without)
         led = {stem for stem, word in words.items() if word.leading} & self._animals
         scores = {}
         for index, (called, kind, hint) in enumerate(
@@ -269,7 +271,8 @@ class Vocabulary:
             explained += weight * word.sure * share
             told = told or (share > 0 and weight > TEMPO_WEIGHT)
             least = 0.0 if stem in self._named else word.against
-            lighter = ADVERB if word.given.endswith("ly") else PLACED_WORD if word.placed else 1.0
+            manner = word.given.endswith("ly") or (word.given.endswith("ed") and not word.leading)
+            lighter = ADVERB if manner else PLACED_WORD if word.placed else 1.0
             total += weight if share else max(weight * lighter, least)
         missing = UNEXPLAINED_NAME * sum(self.weights[stem] for stem in name if stem not in words)
         if not name & set(words):

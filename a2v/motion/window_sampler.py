@@ -228,8 +228,8 @@ class WindowSampler:
             basis=basis.astype(np.float64),
             mean=mean.astype(np.float64),
             skeleton=card.skeleton,
-            lengths=np.asarray(lengths, np.float64) * card.metres_per_unit,
-            metres_per_unit=card.metres_per_unit,
+            lengths=np.asarray(lengths, np.float64) * card.meters_per_unit,
+            meters_per_unit=card.meters_per_unit,
             frames=card.window_frames,
         )
 

@@ -50,6 +50,7 @@ def run(options: Options) -> Answer:
         return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
     told = {
         entry.name: {"theme": entry.theme, "source": entry.sources[0], "license": entry.license}
+        | ({"note": entry.note} if entry.note else {})
         for entry in known.entries
     }
     return Answer(
@@ -72,6 +73,7 @@ def _listed(known: Catalog) -> str:
                     theme.upper(),
                     *(
                         f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.license})"
+                        + (f"; {entry.note}" if entry.note else "")
                         for entry in entries
                     ),
                 ]

@@ -21,6 +21,7 @@ from a2v.formats.registry import (
     write_character,
     writer_of,
 )
+from a2v.props import Props
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character, FloatArray
 from pipelines.answer import Answer
@@ -71,6 +72,9 @@ class Options:
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     carrying: CarryOptions = group(CarryOptions)
+    no_props: bool = flag(
+        "no steps, ladder or bar in the file; by default those of each clip that climbs", rare=True
+    )
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions, "files for other tools")
     author: str = option("of a .vrm: who made the avatar", default="")
@@ -112,6 +116,7 @@ def run(options: Options) -> Answer:
         options.running,
         deform=options.deform if options.exact else None,
         folder=path.parent,
+        no_props=options.no_props,
     )
     if options.exact:
         name, written = next(iter(wanted)), [path]
@@ -135,6 +140,8 @@ class Animated:
         Strengths (T,) of the face's expressions by name, by clip.
     exact : array (T, V, 3)
         Eq. 20's vertices of the last clip, where they were asked for; else empty.
+    props : Props
+        Steps, ladders and bars of the clips that climb.
     notes : list of str
     """
 
@@ -142,6 +149,7 @@ class Animated:
     clips: Mapping[str, tuple[FloatArray, float]] = field(default_factory=dict)
     expressions: Strengths = field(default_factory=dict)
     exact: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
+    props: Props = field(default_factory=lambda: Props.of([]))
     notes: list[str] = field(default_factory=list)
 
 
@@ -152,6 +160,7 @@ def animate(
     *,
     deform: DeformSettings | None,
     folder: Path,
+    no_props: bool = False,
 ) -> Animated:
     """The character of a person with clips by name, each as the video has it; with `deform` the
     exact vertices too.
@@ -163,7 +172,7 @@ def animate(
         runs.
     """
     store = Store(running.cache)
-    film = FilmRequest() if deform is None else FilmRequest(deform=deform)
+    film = FilmRequest(no_props=no_props, deform=DeformSettings() if deform is None else deform)
     asked = {
         name: VideoRequest(person=person, motion=motion, film=film).resolve(store)
         for name, motion in motions.items()
@@ -174,26 +183,34 @@ def animate(
         dict[str, Mapping[str, FloatArray]](),
         list[str](),
     )
+    solids = dict[str, Props]()
     character, exact = None, np.zeros((0, 0, 3), np.float32)
     for name, resolved in asked.items():
         kept = (
             "engine_character" if deform is None else "character"
         )  # exact vertices are those of the whole character
         outcome = running.run(
-            [kept, "poses", *(["vertices"] if deform else [])],
+            [kept, "poses", *(["vertices"] if deform else ["props"])],
             resolved.parameters,
             graph=resolved.graph,
         )
         character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
-        if deform is not None:
+        if deform is None:
+            solids[name] = outcome.get("props", Props)
+        else:
             exact = np.stack(
                 [store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]]
             )
         notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
     return Animated(
-        character=character, clips=clips, expressions=expressions, exact=exact, notes=notes
+        character=character,
+        clips=clips,
+        expressions=expressions,
+        exact=exact,
+        props=Props.of_clips(solids),
+        notes=notes,
     )
 
 
@@ -212,11 +229,20 @@ def write_animated(
         )
     person, clips = rigging.prepare(animated.character, animated.clips)
     if engines.plain:
-        write_character(path, person, clips, FORMATS, expressions=animated.expressions)
+        write_character(
+            path, person, clips, FORMATS, expressions=animated.expressions, props=animated.props
+        )
         return [path]
 
     def write(target: Path, made: Character, quality: int) -> None:
-        write_glb(target, made, clips, jpeg_quality=quality, expressions=animated.expressions)
+        write_glb(
+            target,
+            made,
+            clips,
+            jpeg_quality=quality,
+            expressions=animated.expressions,
+            props=animated.props,
+        )
 
     return engines.write(path, person, write)
 

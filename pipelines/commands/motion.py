@@ -384,7 +384,7 @@ def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
     that option."""
     if options.bones is None:
         return None
-    unit = model.card.metres_per_unit
+    unit = model.card.meters_per_unit
     person = first_frames(options.bones, None)
     lengths = bone_lengths(
         on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton
@@ -444,6 +444,6 @@ def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     return {
         "joints": joints, "labels": np.ascontiguousarray(labels, dtype=np.int64), "actions": np.asarray(model.actions), "action": action,
         "dataset": model.card.dataset, "fps": model.fps, "seed": options.plan.seed, "parents": skeleton.parents,
-        "joint_names": np.asarray(skeleton.joint_names), "metres_per_unit": model.card.metres_per_unit,
+        "joint_names": np.asarray(skeleton.joint_names), "meters_per_unit": model.card.meters_per_unit,
         "native_signs": np.asarray(model.card.native_signs), "model_digest": model.digest,
     }  # fmt: skip

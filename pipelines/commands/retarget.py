@@ -38,7 +38,7 @@ EXAMPLES = """examples:
 
 The character stands upright in its file and has bones by names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped, Anny and the like; a .vrm says
 itself which bone is which. Meshes, pictures, expressions and animations stay as they are; fingers and face keep the pose of the file.
-An .fbx is written with its bones, skin and clips but without pictures: import its animations onto the character that the engine already has."""
+An .fbx keeps its PNG and JPEG pictures of color, normals and glow, embedded or in its folder; its materials become plain ones."""
 
 SUFFIXES = (".glb", ".vrm", ".fbx")
 """What is read and written."""
@@ -84,8 +84,11 @@ def _retarget(
 ) -> Answer:
     """Read, make and write; an FBX goes through a GLB in `folder`."""
     is_fbx = source.suffix.lower() == ".fbx"
-    if is_fbx:
-        fbx_to_glb(source, folder / "in.glb")
+    notes = []
+    if is_fbx and (lost := fbx_to_glb(source, folder / "in.glb")):
+        notes.append(
+            f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside {source.name} or beside it"
+        )
     person = read_person(folder / "in.glb" if is_fbx else source)
     edit, carried = (
         options.edits.edit,
@@ -102,7 +105,9 @@ def _retarget(
     write_person(folder / "out.glb" if is_fbx else target, person, clips)
     if is_fbx:
         glb_to_fbx(folder / "out.glb", target, fps=max(fps for _, fps in clips.values()))
-    return Answer(files=[target], facts={"clips": list(clips), "bones": len(person.nodes)})
+    return Answer(
+        files=[target], facts={"clips": list(clips), "bones": len(person.nodes)}, notes=notes
+    )
 
 
 def _made(options: Options, action: str, edit: Edit) -> Motion:

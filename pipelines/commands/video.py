@@ -36,7 +36,7 @@ EXAMPLES = """examples:
 
 The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
 (a double click shows the character, turnable, beside the video) and report.json.
-Run again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
+Run again after an interruption: finished frames are remembered. Another action for the same photo reuses the character."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +127,11 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     written += write_node(outcome, "frame", out, views) if transparent else []
     written += (
         write_shared(
-            out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet
+            out,
+            animation=options.animation,
+            megabytes=options.max_mb,
+            sheet=options.sheet,
+            caption=_caption(outcome),
         )
         if not options.only
         else []
@@ -142,6 +146,15 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
         notes=outcome.notes,
         facts={"seconds": round(outcome.seconds, 3), "understood": list(resolved.understood)},
     )
+
+
+def _caption(outcome: Outcome) -> list[str]:
+    """Lines about the fit to the photo for the sheet below the frames; none where no photo was
+    fitted."""
+    from a2v.body import summary
+
+    names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
+    return summary(outcome.nodes[names[0]].measures) if names else []
 
 
 def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:

@@ -30,17 +30,17 @@ MAX_ARCHIVE_BYTES = 256 << 20
 class NativeFrame:
     """How the published files and classifiers of a data set measure space.
 
-    ``world = native * signs * metres_per_unit``; the papers' classifiers expect native joints.
+    ``world = native * signs * meters_per_unit``; the papers' classifiers expect native joints.
 
     Attributes
     ----------
-    metres_per_unit : float
+    meters_per_unit : float
         Meters of one native unit.
     signs : 3 floats of +1 or -1
         Sign of each axis: HumanAct12's camera looks along +z with y down, so (1, -1, -1).
     """
 
-    metres_per_unit: float = 1.0
+    meters_per_unit: float = 1.0
     signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def flip(self, joints: FloatArray) -> FloatArray:
@@ -161,7 +161,7 @@ class ActionDataset:
     def motion(self, index: int) -> Motion:
         """Clip `index` as a Motion: meters, starting above the origin, its lowest joint on the
         ground."""
-        joints = self.joints[index] * np.float32(self.frame.metres_per_unit)
+        joints = self.joints[index] * np.float32(self.frame.meters_per_unit)
         joints = joints - np.array(
             [joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32
         )

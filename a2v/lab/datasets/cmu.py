@@ -16,7 +16,7 @@ from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame, check_joints
 FILE_UNITS = 20.0
 """The papers divide the files' positions by this."""
 
-FRAME = NativeFrame(metres_per_unit=FILE_UNITS * 0.0254 / 0.45)
+FRAME = NativeFrame(meters_per_unit=FILE_UNITS * 0.0254 / 0.45)
 """CMU's unit is an inch over 0.45 (the data base's own note on its ASF files), so one native unit
 is 1.129 m."""
 

@@ -180,7 +180,7 @@ def _clips(
     """The parts of all clips that have a meaning, at their true speed and levelled, with what they
     mean and what was said of them."""
     labels = dict(zip(whole.clip_names, whole.labels.tolist(), strict=True))
-    meters, kept = np.float32(whole.frame.metres_per_unit), []
+    meters, kept = np.float32(whole.frame.meters_per_unit), []
     for index, name in enumerate(whole.clip_names):
         parts = clip_parts().get(name, (Part(),))
         source = parts[0].described_as or name

@@ -104,7 +104,7 @@ def load_cmu_full(
             )
         if action:
             motion = resample_motion(_read(source, name, skeletons, rate), FPS)
-            joints = on_skeleton(motion, CMU, lengths) / np.float32(FRAME.metres_per_unit)
+            joints = on_skeleton(motion, CMU, lengths) / np.float32(FRAME.meters_per_unit)
             found.append((clip, action, text, joints.astype(np.float32)))
             texts.setdefault(action, set()).add(text)
         left += not action

@@ -30,7 +30,7 @@ FINE = {
 }  # fmt: skip
 """The four digits after ``A`` and the fine-grained action (first paper, Table 5)."""
 
-FRAME = NativeFrame(metres_per_unit=1.0, signs=(1.0, -1.0, -1.0))
+FRAME = NativeFrame(meters_per_unit=1.0, signs=(1.0, -1.0, -1.0))
 """The published joints are in the camera's axes: x to the image's right, y down, z away from the
 camera."""
 

@@ -34,7 +34,7 @@ KEPT_JOINTS = (8, 1, 2, 3, 4, 5, 6, 7, 0, 9, 10, 11, 12, 13, 14, 21, 24, 38)
 """VIBE's joints by our skeleton's order: OpenPose's body with the middle of the hips first, the
 heels, the top of the head."""
 
-FRAME = NativeFrame(metres_per_unit=1.0, signs=(1.0, -1.0, -1.0))
+FRAME = NativeFrame(meters_per_unit=1.0, signs=(1.0, -1.0, -1.0))
 """VIBE's camera has y down and looks along +z."""
 
 FPS = 30.0

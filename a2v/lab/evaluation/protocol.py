@@ -301,7 +301,7 @@ def _measure_row(
         values["multimodality"].append(multimodality(features, labels, generator))
         if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
             world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(
-                dataset.frame.metres_per_unit
+                dataset.frame.meters_per_unit
             )
             physics = joints_physics(
                 world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet

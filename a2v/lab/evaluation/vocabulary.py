@@ -95,7 +95,7 @@ def score_actions(
         nearest, takes = repetition(
             dataset.frame.flip(motions), [dataset.joints[i] for i in own], dataset.skeleton
         )
-        unit = dataset.frame.metres_per_unit
+        unit = dataset.frame.meters_per_unit
         seen, made = (
             accuracy(evaluator(part)[1], labels)
             for part in (real(labels, lengths, generator), motions)

@@ -192,7 +192,7 @@ def test_single_actions_are_compared_with_themselves_alone(setting):
 def test_physics_are_in_meters_and_beside_real_data(setting):
     dataset, evaluator = setting
     half = dataclasses.replace(
-        dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
+        dataset, frame=NativeFrame(meters_per_unit=0.5, signs=(1.0, -1.0, -1.0))
     )
     whole, scaled = (evaluate({"still": still(d)}, d, evaluator, SETTINGS) for d in (dataset, half))
     assert whole[0].physics.jitter > 0 == whole[1].physics.jitter

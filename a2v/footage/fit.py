@@ -1,5 +1,4 @@
-"""One body fitted to a whole piece of film: window by window, with what joints usually do from
-frame to frame."""
+"""Fit one body to a piece of film, window by window, with a prior on how joints move."""
 
 from __future__ import annotations
 
@@ -29,13 +28,13 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 FIXED = 6
-"""Frames before a window that stay as they are, so that it goes on from them."""
+"""Number of fixed frames before a window, so that it continues from them."""
 AGAIN = 14
-"""Last frames of a window that are fitted again with the next one, which knows what follows."""
+"""Number of last frames of a window that are fitted again in the next window."""
 SAMPLED = 24
-"""Frames by which the body's shape and the camera's tilt are found."""
+"""Number of frames from which the shape and the tilt of the camera are estimated."""
 HELD = (1.35, 0.35)
-"""Usual height of a camera over the ground, meters, and its spread."""
+"""Usual height of a camera above the ground and its standard deviation, meters."""
 _POSE_WEIGHT = 0.3
 _SMOOTH_WEIGHT = 0.6
 _TURNS = 120.0
@@ -44,7 +43,7 @@ _ANGLE_WEIGHT = 0.1
 _SCALES = (0.3, 0.3, 0.1)
 """Usual sizes of changes of orientation and angles, radians, and of places, meters."""
 _EVEN = 2.0
-"""Frames over which what the fit starts from is smooth."""
+"""Standard deviation in frames with which the initial values are smoothed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,9 +59,9 @@ class Moves:
     wrists : (T, 2, 3, 3)
         Rotations of the left and the right wrist from the rest pose, in the world.
     shape : (S,)
-        Of the body, in all frames.
+        Of the body, the same in all frames.
     tilt : float
-        How far the camera looked down in the first frame, radians.
+        Angle by which the camera looks down in the first frame, radians.
     """
 
     joints: FloatArray
@@ -110,17 +109,17 @@ class FilmFit:
         start: Moves | None = None,
         progress: Progress | None = None,
     ) -> Moves:
-        """The body in every frame.
+        """Fit the body in every frame.
 
         Parameters
         ----------
         track : Track
         points : (T, 33, 3)
-            Its 3D landmarks, whose depths do not flicker (`a2v.footage.modes.steady_depths`).
+            Its 3D landmarks with steady depths (`a2v.footage.modes.steady_depths`).
         stands : Stands, optional
-            Feet that stand neither move nor leave the ground.
+            Feet that stand. They must neither move nor leave the ground.
         start : Moves, optional
-            Of an earlier fit: shape and tilt are kept.
+            An earlier fit whose shape and tilt are kept.
         progress : Progress, optional
             Over frames.
         """
@@ -186,7 +185,7 @@ class FilmFit:
         kept: int,
         held: tuple[Tensor, float] | None,
     ) -> _Unknowns:
-        """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
+        """Minimize the cost over the unknowns of a window. The first `kept` frames do not change."""
         import torch
 
         evidence = Evidence(track, points)
@@ -229,8 +228,8 @@ class FilmFit:
         return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
 
     def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray) -> Tensor:
-        """What accelerations cost: squared while they are usual, and like their size beyond, so
-        that hits and kicks stay."""
+        """Cost of accelerations: quadratic for usual ones and linear beyond, so that hits and kicks
+        are kept."""
         cost = (
             _SMOOTH_WEIGHT
             * pseudo_huber(
@@ -302,7 +301,7 @@ class FilmFit:
         return shape.detach().numpy().copy(), float(tilt.detach())
 
     def _extent(self) -> Tensor:
-        """Vertices of the crown and of the sole."""
+        """Indices of the highest and the lowest vertex."""
         import torch
 
         rest = self.model.rest(torch.from_numpy(self.model.shape_default))[0]
@@ -311,8 +310,8 @@ class FilmFit:
     def _places(
         self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float
     ) -> FloatArray:
-        """Where the body is (T, 3) so that its hips are seen where they should be, as far away as
-        its size says."""
+        """Places (T, 3) at which the hips project to their pixels, at the distance that the height of
+        the person implies."""
         import torch
 
         with torch.no_grad():
@@ -338,7 +337,7 @@ class FilmFit:
 
 
 def _believed_tilt(track: Track, height: float) -> float:
-    """How far the camera looks down, radians, if it is held at the usual height and the person
+    """Angle in radians by which the camera looks down, if it has the usual height and the person
     stands on level ground."""
     away = float(np.median(track.focal * height / track.heights))
     heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(

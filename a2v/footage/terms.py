@@ -24,13 +24,13 @@ _DEPTH = 0.05
 """Expected error of a bone's depth, relative to the height."""
 _DEPTH_WEIGHT = 2.0
 _SLIDE = 0.04
-"""Meters a second at which a foot that stands may slide."""
+"""Expected speed of a foot that stands, meters per second."""
 _SLIDE_WEIGHT = 0.3
 _GROUND_WEIGHT = 0.3
 _LEVEL = 0.02
 """Expected error of the height of a sole that stands, meters."""
 SOLE = 0.02
-"""Height of the landmarks of heel and toes over the sole, meters."""
+"""Height of the landmarks of heel and toes above the sole, meters."""
 _SEGMENTS = [
     *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
         ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
@@ -79,8 +79,7 @@ class Evidence:
         return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
 
     def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
-        """What landmarks (T, 33, 3) cost by where they are seen and by the depth of the bones,
-        (T,)."""
+        """Cost (T,) of landmarks (T, 33, 3): their places in the picture and the depths of bones."""
         import torch
 
         x, y, z = self.heading(landmarks).unbind(-1)
@@ -106,12 +105,12 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Stands:
-    """When feet stand, and on what.
+    """Contacts of the feet, and the height of the ground.
 
     Attributes
     ----------
     held : (T, 4)
-        How surely ankles and toes, left and right, stand.
+        Confidence that ankle and toes stand, left and right.
     ground : float
         Height of the ground, meters.
     """
@@ -123,7 +122,7 @@ class Stands:
 def footing(
     joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]
 ) -> Tensor:
-    """What feet cost that slide while they stand, that stand over the ground, or that are under
+    """Penalize feet that slide while they stand, that stand above the ground, or that are below
     it."""
     import torch
 
@@ -143,13 +142,13 @@ def footing(
 
 
 def pseudo_huber(square: Tensor) -> Tensor:
-    """2 (√(1 + x²) - 1) of x²: like the square where it is small, and linear beyond."""
+    """2 (√(1 + x²) - 1) of x²: quadratic for small values and linear for large ones."""
     return 2 * ((1 + square).sqrt() - 1)
 
 
 def acceleration(values: Tensor, times: FloatArray) -> Tensor:
-    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which need not be
-    even."""
+    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which may be
+    uneven."""
     import torch
 
     steps = torch.from_numpy(np.diff(times)).reshape(-1, *[1] * (values.ndim - 1))

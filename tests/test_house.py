@@ -26,14 +26,9 @@ LONG_FUNCTIONS: dict[str, str] = {
     "a2v/geometry/simplify.py:_collapse": "one compiled loop (numba): its inner functions share the lists of corners and the heap",
     "pipelines/engine/run.py:run": "half of it is what its twelve arguments mean",
     "a2v/animation/bind.py:bind": "to be shortened",
-    "a2v/footage/follow.py:follow_person": "to be shortened",
-    "a2v/lab/evaluation/reconstruction/methods.py:_evaluate": "to be shortened",
-    "a2v/reconstruction/canonical/build.py:canonical_person": "to be shortened",
-    "a2v/reconstruction/color_prior.py:mirrored_prior": "to be shortened",
     "a2v/rendering/camera.py:follow_cameras": "to be shortened",
     "a2v/rendering/stickfigure/plots.py:plot_rows": "to be shortened",
     "export/sample.py:bvh": "to be shortened",
-    "pipelines/lab/evaluate.py:run": "to be shortened",
 }
 #: What takes more parameters, and why.
 MANY_PARAMETERS: dict[str, str] = {
@@ -47,23 +42,11 @@ MANY_PARAMETERS: dict[str, str] = {
 }
 LONG_FILES: dict[str, str] = {
     "a2v/types.py": "all types on the arrows, most of it what their fields mean",
-    "a2v/footage/fit.py": "to be split",
     "a2v/formats/gltf/people.py": "to be split",
-    "a2v/kinematics/planting.py": "to be split",
-    "a2v/lab/datasets/base.py": "to be split",
-    "a2v/lab/evaluation/protocol.py": "to be split",
-    "a2v/lab/runs.py": "to be split",
     "a2v/lab/studio/makehuman/people.py": "to be split",
     "a2v/lab/studio/rooms.py": "to be split",
     "a2v/lab/studio/scene.py": "to be split",
-    "a2v/motion/edit.py": "to be split",
-    "a2v/motion/model.py": "to be split",
-    "a2v/motion/window_sampler.py": "to be split",
-    "a2v/reconstruction/backs/labels.py": "to be split",
-    "a2v/reconstruction/color.py": "to be split",
-    "a2v/reconstruction/color_prior.py": "to be split",
     "a2v/reconstruction/extraction.py": "to be split",
-    "a2v/reconstruction/face/build.py": "to be split",
     "a2v/rendering/scene.py": "to be split",
     "a2v/rendering/tracer.py": "to be split",
     "pipelines/batch/tasks.py": "to be split",

@@ -50,7 +50,7 @@ FPS = "frames a second"
 
 MOTION_FILES = f"{readable_motions(', ')}, or a video of somebody"
 """What the options that name a motion's file say."""
-FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face")
+FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0

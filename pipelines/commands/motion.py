@@ -47,7 +47,7 @@ from pipelines.requests.motion import (
 )
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
-HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
+HELP = "Generate motions of one or several actions and write them as .npz, .bvh, or pictures and videos of stick figures."
 EXAMPLES = """examples:
   a2v motion --action Walk --out walk.npz
   a2v motion --action Walk,Jump --seconds 8 --out walk-jump.bvh        a transition
@@ -80,24 +80,28 @@ class Options:
 
     plan: PlanOptions = group(PlanOptions)
     way: WayOptions = group(WayOptions)
-    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}", default="")
-    count: int = option("clips", default=1)
+    out: str = option(f"file to write: {', '.join(suffixes_of(FORMATS))}", default="")
+    count: int = option("number of clips", default=1)
     bone_scale: float | str = option(
-        "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)",
+        "factor for all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, or a joint)",
         default=1.0,
         metavar="FACTOR",
     )
     bones: str | None = option(
-        "motion file (.bvh, .npz) whose bone lengths are taken", default=None, metavar="FILE"
+        "motion file (.bvh, .npz); use its bone lengths", default=None, metavar="FILE"
     )
     start: str | None = option(
-        "motion file (.bvh, .npz) whose poses begin every clip", default=None, metavar="FILE"
+        "motion file (.bvh, .npz); its poses begin every clip", default=None, metavar="FILE"
     )
-    start_frames: int | None = option("how many of its first poses; all by default", default=None)
-    interpolate: int = option("rows between the motions of --seed and --to-seed", default=0)
-    to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
+    start_frames: int | None = option(
+        "number of poses taken from --start (default: all)", default=None
+    )
+    interpolate: int = option(
+        "number of rows to interpolate between the motions of --seed and --to-seed", default=0
+    )
+    to_seed: int | None = option("seed of the last row (default: --seed + 1)", default=None)
     rig: str | None = option(
-        f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}",
+        f"write a .bvh of an adult of average build with the bones of another tool: {', '.join(RIGS)}",
         default=None,
         choices=RIGS,
         metavar="RIG",
@@ -105,10 +109,10 @@ class Options:
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     edits: EditOptions = group(EditOptions)
     paging: PageOptions = group(PageOptions)
-    filmed: FilmedOptions = group(FilmedOptions, "out of a video")
-    running: RunOptions = group(RunOptions, "how a video is followed")
+    filmed: FilmedOptions = group(FilmedOptions, "motion from a video")
+    running: RunOptions = group(RunOptions, "execution of --from-video")
     native: bool = flag(
-        ".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin"
+        "write an .npz of joints in the axes, unit and frame rate of the model's data set, with the first root at the origin"
     )
 
     def frames_written(self, plan: MotionPlan) -> int:
@@ -156,13 +160,13 @@ def run(options: Options) -> Answer:
         )
     if not options.out or options.paging.character is not None:
         raise InputError(
-            "name the file to write with --out, or a --page (--character is of a page)"
+            "no output given; name a file with --out, or a page with --page (--character requires --page)"
         )
     path = Path(options.out)
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
-        raise InputError(f"cannot write {path}; --native joints go into an .npz")
+        raise InputError(f"cannot write {path}; --native writes an .npz")
     if options.count > MAX_CLIPS:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
     check_speed(options.edits.speed)
@@ -216,7 +220,7 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
     """The rig that is asked for."""
     if options.rig is None:
         if options.root_motion:
-            raise InputError("--root-motion is of a rig; name one with --rig")
+            raise InputError("--root-motion requires a rig; name one with --rig")
         return None
     if path.suffix.lower() != ".bvh" or options.native:
         raise InputError(
@@ -327,7 +331,7 @@ def _application(model: MotionModel, steps: Sequence[Step], options: Options, wh
             model, start, names, frames=frames, count=options.count, seed=options.plan.seed
         )
     if len(names) > 1:
-        raise InputError("interpolate goes between two motions of one action; give one --action")
+        raise InputError("--interpolate blends two motions of one action; give one --action")
     last = options.plan.seed + 1 if options.to_seed is None else options.to_seed
     return interpolate(
         model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames
@@ -355,7 +359,7 @@ def bone_scale(text: float | str) -> float | dict[str, float]:
         }
     except ValueError:
         raise InputError(
-            f"bone_scale is '{text}'; expected a number, or names with numbers such as legs=1.3,arms=0.8"
+            f"bone_scale is '{text}'; expected a number, or parts with numbers such as legs=1.3,arms=0.8"
         ) from None
 
 

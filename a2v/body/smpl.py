@@ -105,8 +105,8 @@ class SmplModel(BodyModel):
         Raises
         ------
         InputError
-            The file is missing, no ``.npz``, too large, or not of this format; what is wrong is
-            named.
+            The file is missing, no ``.npz``, too large, or not of this format; the message
+            says which.
         """
         return cls(_read(Path(path)))
 

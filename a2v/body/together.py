@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 LEAN = 0.05
 """Radians by which the trunks of one person in two photos differ in their lean."""
 LEANS = 2.0
-"""Over so many times that they count as different poses."""
+"""Robust scale of this difference, in multiples of `LEAN`."""
 ALIKE = 1.0
 """Weight of poses that are nearly the same."""
 
@@ -47,7 +47,7 @@ def fit_together(
 
     It starts from the fit to each photo alone and minimizes the sum of their objectives; the prior
     of the shape counts once. Poses that are nearly the same are drawn together
-    (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then
+    (`a2v.body.terms.alike`): a person photographed from two sides mostly keeps the pose, and
     each photo shows the depth that the other does not.
 
     Parameters

@@ -1,5 +1,5 @@
-"""What a user corrects of what was seen in a photo: landmarks, which way a limb points, the mask,
-and who is meant."""
+"""A user's corrections of the detection in a photo: landmarks, directions of limbs, the mask, and
+which person is meant."""
 
 from __future__ import annotations
 
@@ -10,15 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from a2v.errors import InputError
 from a2v.io import brief
-from a2v.kinematics import best_scale
-from a2v.kinematics.names import LANDMARK_INDEX, LIMB_BONES, LIMBS_BY_HEIGHT
-from a2v.kinematics.stature import TYPICAL_HEIGHT
+from a2v.kinematics.names import LANDMARK_INDEX, LIMB_BONES
 from a2v.plain_yaml import parse_yaml
-from a2v.types import FloatArray
 
 MAX_BYTES = 1 << 20
 """Of a file of corrections."""
@@ -26,30 +21,13 @@ MAX_STROKES = 500
 MAX_POINTS = 20_000
 """Of all strokes together."""
 MAX_PERSON = 5
-"""People that are told apart in a photo."""
+"""Largest number of people that are distinguished in a photo."""
 UNITS = ("pixels", "fractions")
 WAYS = {"front": 1.0, "back": -1.0}
 """Where the far end of a limb's bone lies, seen from its near end, and the sign of that depth."""
 EXPECTED = "a YAML mapping with some of units, person, landmarks, limbs, mask"
 _FAR = 100_000.0
 """Largest coordinate, pixels."""
-_NEAR = 0.05
-"""A landmark that is moved by less keeps its depth; fraction of the person's height."""
-_ALONG = {
-    f"{side}_{joint}": tuple(f"{side}_{name}" for name in names)
-    for side in ("left", "right")
-    for joint, names in {
-        "wrist": ("pinky", "index", "thumb"),
-        "ankle": ("heel", "foot_index"),
-    }.items()
-}
-"""Landmarks of a hand or a foot, which move along with its joint."""
-_LEAST_DEPTH = 0.35
-"""Part of a limb's length by which its ends differ in depth at least, where somebody says which way
-it points."""
-_CORE = 0.7
-"""Part of a stroke's radius within which the mask is certain; between it and the radius the photo's
-edges count too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +51,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """What a user says of a photo instead of the detectors.
+    """Values of a user that replace those of the detectors.
 
     Attributes
     ----------
@@ -100,8 +78,8 @@ class Corrections:
 
     @classmethod
     def of(cls, content: object, source: object = "the corrections") -> Corrections:
-        """Corrections out of YAML or JSON; see docs/perception.md. `source` is what messages call
-        it.
+        """Corrections out of YAML or JSON; see docs/perception.md. `source` names them in
+        messages.
 
         Raises
         ------
@@ -192,147 +170,18 @@ class Corrections:
 
 
 def read_corrections(data: bytes, source: object) -> Corrections:
-    """Corrections out of a YAML file's bytes; `source` is what messages call it.
+    """Corrections out of a YAML file's bytes; `source` names it in messages.
 
     Raises
     ------
     InputError
-        It is no YAML, too long, or says what cannot be.
+        It is no YAML, too long, or has an impossible value.
     """
     if len(data) > MAX_BYTES:
         raise InputError(
             f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of corrections"
         )
     return Corrections.of(parse_yaml(data, source, "file of corrections", EXPECTED), source)
-
-
-# --- what they change; positions are in pixels of the same picture
-
-
-def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = False) -> FloatArray:
-    """The mask (H, W) float32 with the strokes drawn into it, in pixels of it; of their `core`
-    alone if that is asked."""
-    import cv2
-
-    if not strokes:
-        return mask
-    drawn = mask
-    for stroke in strokes:
-        touched = np.zeros(mask.shape, np.uint8)
-        radius = max(0.5, stroke.radius * (_CORE if core else 1.0))
-        points = np.clip(np.round(np.array(stroke.points) * 8), -(2**28), 2**28).astype(np.int32)
-        cv2.polylines(
-            touched,
-            [points[:, None]],
-            False,
-            1,
-            max(1, min(round(2 * radius), 32767)),
-            cv2.LINE_8,
-            3,
-        )
-        for point in (points[0], points[-1]):
-            cv2.circle(
-                touched, (int(point[0]), int(point[1])), round(8 * radius), 1, -1, cv2.LINE_8, 3
-            )
-        drawn = np.where(touched > 0, np.float32(stroke.add), drawn)
-    return np.asarray(drawn, np.float32)
-
-
-def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
-    """Landmarks (33, 3), u, v and confidence, with the given ones in their places and certain;
-    hands and feet move along with wrists and ankles."""
-    if not corrections.landmarks:
-        return points
-    placed = points.copy()
-    for name, u, v in corrections.landmarks:
-        step = np.array([u, v], points.dtype) - points[LANDMARK_INDEX[name], :2]
-        placed[[LANDMARK_INDEX[other] for other in _ALONG.get(name, ())], :2] += step
-    for name, u, v in corrections.landmarks:
-        placed[LANDMARK_INDEX[name]] = (u, v, 1.0)
-    return placed
-
-
-def correct_landmarks(
-    points: FloatArray, points_3d: FloatArray, corrections: Corrections
-) -> tuple[FloatArray, FloatArray]:
-    """Landmarks in the picture and in space as the corrections have them.
-
-    A landmark that is moved far has no depth from then on: what was seen of it was of something
-    else. The bones of `Corrections.limbs` are turned to the said side by the depth that they have,
-    or by what their length in the picture leaves, and what hangs on them moves along.
-
-    Parameters
-    ----------
-    points : (33, 3)
-        u, v in pixels, confidence.
-    points_3d : (33, 3)
-        Meters, y up, +z towards the camera; NaN where unknown.
-
-    Returns
-    -------
-    The same, changed.
-    """
-    if not corrections.landmarks and not corrections.limbs:
-        return points, points_3d
-    placed = place_landmarks(points, corrections)
-    space = points_3d.copy()
-    known = np.isfinite(points_3d).all(axis=1)
-    scale = 0.0
-    if known.sum() >= 4:
-        flat = points[:, :2] * np.array([1.0, -1.0])
-        scale = best_scale(
-            points_3d[known, :2].astype(np.float64),
-            flat[known].astype(np.float64),
-            points[known, 2].astype(np.float64) + 1e-6,
-        )
-    if scale > 1:
-        step = (placed[:, :2] - points[:, :2]) / scale
-        space[:, :2] += step * np.array([1.0, -1.0])
-        space[np.hypot(*step.T) > _NEAR * TYPICAL_HEIGHT] = np.nan
-    for name, way in (
-        sorted(corrections.limbs, key=lambda limb: list(LIMB_BONES).index(limb[0]))
-        if scale > 1
-        else ()
-    ):
-        _turn(space, name, WAYS[way])
-    return placed.astype(points.dtype), space.astype(points_3d.dtype)
-
-
-def _turn(space: FloatArray, bone: str, sign: float) -> None:
-    """Move the far end of a bone, and what hangs on it, to the front (1) or the back (-1); `space`
-    (33, 3) is changed."""
-    near, far, *hanging = (LANDMARK_INDEX[name] for name in LIMB_BONES[bone])
-    if not np.isfinite(space[[near, far]]).all():
-        return
-    along = space[far] - space[near]
-    first, last = (name.split("_")[1] for name in LIMB_BONES[bone][:2])
-    length = LIMBS_BY_HEIGHT[(first, last)] * TYPICAL_HEIGHT
-    depth = abs(along[2])
-    if along[2] * sign < 0 or depth < _LEAST_DEPTH * length:
-        left = math.sqrt(max(0.0, length**2 - float(along[:2] @ along[:2])))
-        depth = max(depth, left, _LEAST_DEPTH * length)
-    space[[far, *hanging], 2] += space[near, 2] + sign * depth - space[far, 2]
-
-
-def given_landmarks(corrections: Corrections) -> np.ndarray | None:
-    """Which landmarks (33,) bool the user has placed; None for none."""
-    if not corrections.landmarks:
-        return None
-    given = np.zeros(len(LANDMARK_INDEX), bool)
-    given[[LANDMARK_INDEX[name] for name, _, _ in corrections.landmarks]] = True
-    return given
-
-
-def told_sides(corrections: Corrections) -> np.ndarray | None:
-    """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where
-    nothing is said."""
-    if not corrections.limbs:
-        return None
-    ways = dict(corrections.limbs)
-    return np.array([WAYS.get(ways.get(name, ""), 0.0) for name in LIMB_BONES], np.float32)
-
-
-# --- reading
 
 
 def _check_names(found: Mapping[Any, Any], known: Sequence[str], source: object, what: str) -> None:

@@ -1,4 +1,4 @@
-"""The person in a photo: landmarks, mask, crop, and what the user should be told."""
+"""The person in a photo: landmarks, mask, crop, and notes for the user."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
-from a2v.perception.bodymap import look_at_body, mended
-from a2v.perception.corrections import (
-    Corrections,
+from a2v.perception.apply_corrections import (
     correct_landmarks,
     draw_strokes,
     given_landmarks,
+    given_sides,
     place_landmarks,
-    told_sides,
 )
+from a2v.perception.bodymap import look_at_body, mended
+from a2v.perception.corrections import Corrections
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize
@@ -79,7 +79,7 @@ def find_person(
     settings: PerceptionSettings | None = None,
     corrections: Corrections | None = None,
 ) -> Subject:
-    """Find a person in a photo, the largest if nothing else is said.
+    """Find a person in a photo: by default the largest.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def find_person(
     )
     rough = draw_strokes(seen.mask, right.strokes)
     crop = crop_box(rough, place_landmarks(seen.keypoints, right), (width, height), settings.margin)
-    image, alpha_crop, told = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
+    image, alpha_crop, cropped = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
     own = in_crop(right, crop, image)
     near = None if seen.others is None else seen.others[crop[1] : crop[3], crop[0] : crop[2]]
     alpha_crop = _with_strokes(
@@ -122,12 +122,12 @@ def find_person(
         own,
     )
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
-    points, points_3d = told, seen.keypoints_3d
+    points, points_3d = cropped, seen.keypoints_3d
     if bodymap is not None:
-        points, points_3d = mended(told, points_3d, bodymap, keep=given_points is not None)
+        points, points_3d = mended(cropped, points_3d, bodymap, keep=given_points is not None)
     points, points_3d = correct_landmarks(points, points_3d, own)
-    # what is hidden or outside of the photo the detector knows best
-    warnings += _warn(alpha_crop, place_landmarks(told, own), points_3d, crop, (width, height))
+    # the detector decides which landmarks are hidden or outside of the photo
+    warnings += _warn(alpha_crop, place_landmarks(cropped, own), points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
         mask=np.clip(alpha_crop, 0, 1).astype(np.float32),
@@ -140,7 +140,7 @@ def find_person(
         hands=find_hands(image, points) if settings.hands else None,
         bodymap=bodymap,
         given=given_landmarks(own),
-        sides=told_sides(own),
+        sides=given_sides(own),
         people=seen.boxes,
         provenance=_origins(given_mask is not None, given_points is not None, settings),
     )
@@ -172,7 +172,7 @@ def corrected(subject: Subject, corrections: Corrections) -> Subject:
         keypoints=points,
         keypoints_3d=points_3d,
         given=given_landmarks(own),
-        sides=told_sides(own),
+        sides=given_sides(own),
     )
 
 
@@ -186,7 +186,7 @@ def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -
 def _origins(
     mask_given: bool, keypoints_given: bool, settings: PerceptionSettings
 ) -> dict[str, str]:
-    """Who said what of a subject."""
+    """Origin of each part of a subject."""
     return {
         "detector": "mediapipe pose, complexity 1",
         "mask": "given" if mask_given else "detector, refined" if settings.refine else "detector",

@@ -130,7 +130,11 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     written += write_node(outcome, "frame", out, views) if transparent else []
     written += (
         write_shared(
-            out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet
+            out,
+            animation=options.animation,
+            megabytes=options.max_mb,
+            sheet=options.sheet,
+            caption=_caption(outcome),
         )
         if not options.only
         else []
@@ -145,6 +149,15 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
         notes=outcome.notes,
         facts={"seconds": round(outcome.seconds, 3), "understood": list(resolved.understood)},
     )
+
+
+def _caption(outcome: Outcome) -> list[str]:
+    """Lines about the fit to the photo for the sheet below the frames; none where no photo was
+    fitted."""
+    from a2v.body import summary
+
+    names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
+    return summary(outcome.nodes[names[0]].measures) if names else []
 
 
 def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:

@@ -29,7 +29,8 @@ from a2v.lab.evaluation.liquid_warp import read_face_texture
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.lab.studio.makehuman.assets import Archive
-from a2v.perception.corrections import draw_strokes, read_corrections
+from a2v.perception.apply_corrections import draw_strokes
+from a2v.perception.corrections import read_corrections
 from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras

@@ -95,7 +95,7 @@ def stored_weights(folder: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     Raises
     ------
     InputError
-        There is none.
+        There is no such view.
     """
     return read_weights(Path(folder) / SHIPPED.name, {"body.": ""})
 
@@ -163,7 +163,7 @@ class BodyMapTraining(Training):
         self.held_out = QuickViews(views, "validation") if settings.measured else None
 
     def begin(self) -> None:
-        """Take over another run's weights, if that is asked for."""
+        """Begin with another run's weights if the settings name one."""
         if not self.settings.initial:
             return
         folder = initial_folder(self.settings.initial)
@@ -272,7 +272,7 @@ def train_bodymap(
     Raises
     ------
     InputError
-        No views, other settings than those of the checkpoint, an initial run that is none, or a
+        No views, other settings than those of the checkpoint, an initial run without weights, or a
         training that diverges.
     """
     settings = settings or BodyMapSettings()

@@ -11,7 +11,6 @@ import numpy as np
 
 from a2v.animation import RIGS
 from a2v.errors import InputError
-from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import brief, write_npz
 from a2v.kinematics import bone_lengths
@@ -33,6 +32,7 @@ from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.inputs import RunOptions, check_writable
+from pipelines.motion_bones import bone_scale, first_frames
 from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
@@ -342,27 +342,6 @@ def _given(way: WayOptions) -> list[str]:
     return [item.name for item in fields(way) if getattr(way, item.name) is not None]
 
 
-def bone_scale(text: float | str) -> float | dict[str, float]:
-    """The option --bone-scale: a number, or names with numbers.
-
-    Raises
-    ------
-    InputError
-        It is neither.
-    """
-    try:
-        if not isinstance(text, str) or "=" not in text:
-            return float(text)
-        return {
-            name.strip(): float(value)
-            for name, value in (part.split("=") for part in text.split(","))
-        }
-    except ValueError:
-        raise InputError(
-            f"bone_scale is '{text}'; expected a number, or parts with numbers such as legs=1.3,arms=0.8"
-        ) from None
-
-
 def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
     """Bone lengths (J,) in native units of the person in --bones, times --bone-scale; None without
     that option."""
@@ -382,24 +361,6 @@ def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
         )
     )
     return scale.astype(np.float32)
-
-
-def first_frames(path: str, frames: int | None) -> Motion:
-    """The first `frames` poses of a motion file's (first) clip; all of them for None.
-
-    Raises
-    ------
-    InputError
-        The file is unreadable, or has not so many frames.
-    """
-    motion = read_motion(path)
-    if motion.batch:
-        motion = motion[(0,) * len(motion.batch)]
-    if frames is None:
-        return motion
-    if not 1 <= frames <= motion.frames:
-        raise InputError(f"start_frames is {frames}; {path} has {motion.frames} frames")
-    return motion.first(frames)
 
 
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:

@@ -4,8 +4,6 @@ before anything long runs."""
 from __future__ import annotations
 
 import dataclasses
-import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +14,6 @@ from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
 from a2v.footage import FollowSettings
 from a2v.formats.registry import readable_motions
-from a2v.io import shorten
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
@@ -24,13 +21,13 @@ from pipelines.engine.graph import Parameters
 from pipelines.engine.store import File
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
+from pipelines.requests.offer import offer_nearest
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
     from a2v.motion.direction import Direction
     from a2v.motion.plan import MotionPlan
     from a2v.motion.prompts import Step
-    from a2v.motion.vocabulary import UnknownActionError
 
 AUTO = "auto"
 """The default, which is all that there is (`a2v.motion.plan`)."""
@@ -122,33 +119,13 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
             )
         except UnknownActionError as error:
             chosen = (
-                "" if asked.timeline is not None or error.text not in action else _offered(error)
+                ""
+                if asked.timeline is not None or error.text not in action
+                else offer_nearest(error)
             )
             if not chosen:
                 raise
             action = action.replace(error.text, chosen)
-
-
-def _offered(error: UnknownActionError) -> str:
-    """The one of the nearest actions that whoever sits at the terminal chooses; "" for none, or
-    where nobody does."""
-    if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get(
-        "CI"
-    ):
-        return ""
-    print(
-        f"no action is called '{shorten(error.text, 80)}'. The nearest actions are:",
-        file=sys.stderr,
-    )
-    for number, name in enumerate(error.nearest, 1):
-        print(f"  {number}  {name}", file=sys.stderr)
-    print("Number, or Enter for none: ", end="", file=sys.stderr, flush=True)
-    answer = sys.stdin.readline().strip()
-    return (
-        error.nearest[int(answer) - 1]
-        if answer.isdecimal() and 1 <= int(answer) <= len(error.nearest)
-        else ""
-    )
 
 
 def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, fps: float) -> int:

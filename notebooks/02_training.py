@@ -114,8 +114,8 @@ plt.gca().set(title="flow matching: error of the velocity", xlabel="iteration", 
 # Both become a self-describing ONNX file: `MotionModel`, `a2v motion` and `export/sample.py` (numpy and onnxruntime only) read it.
 
 # %%
-export_motion(model, data, folder / "vae.onnx", licence="a demonstration")
-export_flow(flow, data, folder / "flow.onnx", licence="a demonstration", sampling=Sampling(steps=2 if SMALL else 8, guidance=1.0))
+export_motion(model, data, folder / "vae.onnx", license="a demonstration")
+export_flow(flow, data, folder / "flow.onnx", license="a demonstration", sampling=Sampling(steps=2 if SMALL else 8, guidance=1.0))
 for name in ("vae", "flow"):
     exported = MotionModel.load(folder / f"{name}.onnx")
     print(

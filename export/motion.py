@@ -36,6 +36,7 @@ from a2v.lab.motion.fused import (
     velocity_entry,
     velocity_layers,
 )
+from a2v.lab.motion.networks import StandardNormal
 from a2v.lab.motion.vae import MotionVAE
 from a2v.motion.card import STATE_NAMES
 from a2v.tracing import OPSET, to_onnx
@@ -89,10 +90,13 @@ class StepGraph(nn.Module):
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
         context = torch.cat([poses, action, time], -1)
-        gates = nn.functional.linear(context, *prior_entry(model.prior, decoder))
-        prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
-        mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
-        latent = mean + torch.exp(0.5 * logvar) * noise
+        if isinstance(model.prior, StandardNormal):
+            latent = torch.exp(0.5 * model.prior.logvar) * noise
+        else:
+            gates = nn.functional.linear(context, *prior_entry(model.prior, decoder))
+            prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
+            mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
+            latent = mean + torch.exp(0.5 * logvar) * noise
         gates = nn.functional.linear(
             torch.cat([context, latent], -1), *generator_entry(model.generator, decoder)
         )
@@ -324,7 +328,9 @@ def cool(model: MotionVAE, temperature: float) -> MotionVAE:
     demand_temperature(temperature)
     copied = copy.deepcopy(model)
     with torch.no_grad():
-        copied.prior.logvar_net.bias.add_(2 * math.log(temperature))
+        prior = copied.prior
+        logvar = prior.logvar if isinstance(prior, StandardNormal) else prior.logvar_net.bias
+        logvar.add_(2 * math.log(temperature))
     return copied
 
 

@@ -30,7 +30,7 @@ class FilmedOptions:
 
 @dataclass(frozen=True)
 class Made:
-    """A motion, what is to be told of it, and its facts."""
+    """A motion, the notes for the user, and its facts."""
 
     motion: Motion
     notes: Sequence[str] = ()
@@ -40,8 +40,8 @@ class Made:
 def follow_video(
     filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]
 ) -> Made:
-    """The motion of a video in the tempo of `edit`, all of it where no length is asked for.
-    `others`: options that are given and not of a video.
+    """The motion of a video in the tempo of `edit`; the whole video if no length is given.
+    `others`: given options that do not belong to a video.
 
     Raises
     ------

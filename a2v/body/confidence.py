@@ -47,9 +47,9 @@ class Suspicion:
 SUSPICION = Suspicion()
 """Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
 FEATURES = ("one", "head", "arm", "leg", "depth_gap", "extent", "outside", "unsure")
-"""Inputs of a limb's expected error: its kind; the difference in depth between fit and evidence, and
-the limb's own extent in depth, meters; the share of the silhouettes that do not overlap; and the
-logarithm of the body map's expected error, relative to the height (0 without a map)."""
+"""Inputs of a limb's expected error: its kind; the difference in depth between fit and evidence,
+and the limb's own extent in depth, meters; the share of the silhouettes that do not overlap; and
+the logarithm of the body map's expected error, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
 _WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
 """Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on
@@ -141,7 +141,8 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
         )
         found = f"{overlap}the {worst} is {100 * residuals['keypoint_max']:.0f} % of the height off"
         return [
-            f"the pose was not understood ({found}): expect a wrong shape; try another photo, or give --mask and --keypoints"
+            f"the pose was not understood ({found}): expect a wrong shape; try another photo, or "
+            "give --mask and --keypoints"
         ]
     limbs = [
         limb.replace("_", " ")
@@ -154,7 +155,8 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
             residuals.get("second_photo", ""), f"their {residuals.get('second_photo', 'left')}"
         )
         return [
-            f"how far to the front or the back the {names} reaches is unsure; a second photo of the "
+            f"how far to the front or the back the {names} reaches is unsure; a second photo of "
+            "the "
             f"same person from {side} tells most (--photo once more)"
         ]
     return []

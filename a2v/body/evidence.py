@@ -28,20 +28,42 @@ _TRUST = {
         f"{side}_{joint}": value
         for side in ("left", "right")
         for joint, value in {
-            "ear": 0.7, "shoulder": 1.0, "elbow": 1.0, "wrist": 1.0, "pinky": 0.3, "index": 0.3, "thumb": 0.2, "hip": 0.7, "knee": 1.0,
-            "ankle": 1.0, "heel": 0.5, "foot_index": 0.6,
+            "ear": 0.7,
+            "shoulder": 1.0,
+            "elbow": 1.0,
+            "wrist": 1.0,
+            "pinky": 0.3,
+            "index": 0.3,
+            "thumb": 0.2,
+            "hip": 0.7,
+            "knee": 1.0,
+            "ankle": 1.0,
+            "heel": 0.5,
+            "foot_index": 0.6,
         }.items()
     },
-}  # fmt: skip
+}
 
 # Limbs along which the detector's depth is compared.
 _SEGMENTS = [
-    *((f"{side}_{first}", f"{side}_{last}") for side in ("left", "right") for first, last in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"),
-    ("left_ear", "nose"), ("right_ear", "nose"),
-]  # fmt: skip
+    *(
+        (f"{side}_{first}", f"{side}_{last}")
+        for side in ("left", "right")
+        for first, last in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+            ("heel", "foot_index"),
+        )
+    ),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+    ("left_ear", "right_ear"),
+    ("left_ear", "nose"),
+    ("right_ear", "nose"),
+]
 _SIDE_BONES = np.array(
     [[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()]
 )
@@ -279,7 +301,8 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     if (confidence[body] > 0.3).sum() < 4:
         found = int((confidence[body] > 0.3).sum())
         raise InputError(
-            f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo"
+            f"only {found} keypoints of the body are certain; at least 4 are needed to fit a "
+            "body: use a clearer photo"
         )
     left, top, right, _ = subject.crop
     width, height = subject.photo_size

@@ -247,9 +247,9 @@ class Fit:
         unknowns.fix_camera(camera)
         previous, done = np.inf, 0
         for done in range(1, self.settings.rounds + 3):
-            first = (
-                done <= 2
-            )  # "during the first two iterations we only consider the joints and the pose regularization"
+            # "during the first two iterations we only consider the joints and the pose
+            # regularization"
+            first = done <= 2
             if not first:
                 objective.renew_surface(unknowns)
             value = objective.minimize(

@@ -39,8 +39,8 @@ _SHAPE_SPREAD = {
     "proportions": 0.25,
 }
 _GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo: clothes hide the chest, a silhouette shows too little of it, and
-a wrong chest is visible on men."""
+"""Mean of Anny's gender for a photo: clothes hide the chest, a silhouette shows too little of it,
+and a wrong chest is visible on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
 _SOLES = [

@@ -24,8 +24,13 @@ QUANTUM = np.pi / 127
 """Radians of a step in which the bank's angles are kept."""
 
 COMPARED: tuple[str, ...] = (
-    "nose", *(f"{side}_{joint}" for side in ("left", "right") for joint in ("ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")),
-)  # fmt: skip
+    "nose",
+    *(
+        f"{side}_{joint}"
+        for side in ("left", "right")
+        for joint in ("ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+    ),
+)
 """Landmarks that poses are compared by."""
 _HEADINGS = 24
 
@@ -166,11 +171,21 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
 
 
 _BONES = [
-    *((f"{side}_{first}", f"{side}_{last}") for side in ("left", "right") for first, last in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("shoulder", "ear"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"),
-]  # fmt: skip
+    *(
+        (f"{side}_{first}", f"{side}_{last}")
+        for side in ("left", "right")
+        for first, last in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+            ("shoulder", "ear"),
+        )
+    ),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+]
 _BORDER = 0.1
 """Flesh, feet and hair around the landmarks, meters."""
 

@@ -129,7 +129,8 @@ class FitSettings:
                 )
         if self.distance is not None and 0 < self.distance < LEAST_DISTANCE:
             raise InputError(
-                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} meters, or 0 for an orthographic camera"
+                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} "
+                "meters, or 0 for an orthographic camera"
             )
         if not 0 <= self.dense_pixels <= 4096:
             raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")

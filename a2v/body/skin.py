@@ -1,4 +1,4 @@
-"""The outer skin of a body: what is left of its mesh without eyes, teeth and tongue."""
+"""The outer skin of a body: its mesh without eyes, teeth and tongue."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def skin_vertices(count: int, faces: IntArray) -> IntArray:
-    """Which of a mesh's `count` vertices `outer_skin` keeps, (S,) int64 and rising; `faces` (F,
-    3)."""
+    """Indices (S,) int64, rising, of the vertices that `outer_skin` keeps of a mesh with `count`
+    vertices and `faces` (F, 3)."""
     return np.unique(_largest_piece(count, faces))
 
 

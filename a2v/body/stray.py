@@ -17,8 +17,8 @@ from a2v.body.unknowns import Unknowns
 from a2v.types import FloatArray, IntArray
 
 STRAY = 0.045
-"""Distance of a limb's worst landmark from the photo's, relative to the height, above which the limb
-is stray. In a good fit the worst landmark is 1 to 3.5 % off."""
+"""Distance of a limb's worst landmark from the photo's, relative to the height, above which the
+limb is stray. In a good fit the worst landmark is 1 to 3.5 % off."""
 _TRIED = 5
 """Starts of a limb at most."""
 _APART = 0.25

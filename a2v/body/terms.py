@@ -49,8 +49,8 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
-    """Penalty for landmarks over 2.2 % of the height off, within 0.3 %; robust, since the detector may
-    be wrong.
+    """Penalty for landmarks over 2.2 % of the height off, within 0.3 %; robust, since the detector
+    may be wrong.
 
     `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's
     height.

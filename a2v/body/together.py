@@ -77,7 +77,8 @@ def fit_together(
         or (surfaces is not None and len(surfaces) != len(subjects))
     ):
         raise InputError(
-            f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and one surface if any, for each photo"
+            f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and "
+            "one surface if any, for each photo"
         )
     settings = settings or FitSettings()
     fit = _Together.build(subjects, fits, settings, surfaces)
@@ -249,7 +250,8 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
             else f"one body does not fill photo {worse[0]}"
         )
         return [
-            f"the photos may show different persons ({found}): colors and shape of all are mixed; give photos of one person alone"
+            f"the photos may show different persons ({found}): colors and shape of all are mixed; "
+            "give photos of one person alone"
         ]
     return []
 

@@ -22,7 +22,8 @@ from a2v.footage.settings import LONGEST, FollowSettings
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
 from a2v.io import sha256
-from a2v.kinematics.planting import PlantSettings, contacts, plant_feet
+from a2v.kinematics.foot_contacts import PlantSettings, contacts
+from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress

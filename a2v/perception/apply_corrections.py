@@ -80,8 +80,9 @@ def correct_landmarks(
 ) -> tuple[FloatArray, FloatArray]:
     """Apply corrections to the landmarks in the picture and in space.
 
-    A landmark that is moved far loses its depth, which was that of something else. The bones of `Corrections.limbs` are turned to the given side by their own depth, or by
-    the depth that follows from their length in the picture; landmarks beyond them move along.
+    A landmark that is moved far loses its depth, which was that of something else. The bones of
+    `Corrections.limbs` are turned to the given side by their own depth, or by the depth that
+    follows from their length in the picture; landmarks beyond them move along.
 
     Parameters
     ----------

@@ -95,9 +95,12 @@ class Corrections:
             raise InputError(f"{source}: units are {brief(units)}; expected {' or '.join(UNITS)}")
         far = 2.0 if units == "fractions" else _FAR
         return cls(
-            units=units, person=_person(found.get("person"), far, source), landmarks=_landmarks(found.get("landmarks"), far, source),
-            limbs=_limbs(found.get("limbs"), source), strokes=_strokes(found.get("mask"), far, source),
-        )  # fmt: skip
+            units=units,
+            person=_person(found.get("person"), far, source),
+            landmarks=_landmarks(found.get("landmarks"), far, source),
+            limbs=_limbs(found.get("limbs"), source),
+            strokes=_strokes(found.get("mask"), far, source),
+        )
 
     def __bool__(self) -> bool:
         return self.person is not None or bool(self.landmarks or self.limbs or self.strokes)
@@ -142,7 +145,8 @@ class Corrections:
         for name, u, v in moved.landmarks:
             if not (-width <= u <= 2 * width and -height <= v <= 2 * height):
                 raise InputError(
-                    f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the photo's {width} x {height} pixels; are they of this photo?"
+                    f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the "
+                    f"photo's {width} x {height} pixels; are they of this photo?"
                 )
         return dataclasses.replace(moved, units="pixels")
 
@@ -179,7 +183,8 @@ def read_corrections(data: bytes, source: object) -> Corrections:
     """
     if len(data) > MAX_BYTES:
         raise InputError(
-            f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of corrections"
+            f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of "
+            "corrections"
         )
     return Corrections.of(parse_yaml(data, source, "file of corrections", EXPECTED), source)
 
@@ -223,7 +228,8 @@ def _person(value: object, far: float, source: object) -> int | tuple[float, ...
         if left < right and top < bottom:
             return left, top, right, bottom
     raise InputError(
-        f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box [left, top, right, bottom]"
+        f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box "
+        "[left, top, right, bottom]"
     )
 
 
@@ -231,7 +237,8 @@ def _landmarks(value: object, far: float, source: object) -> tuple[tuple[str, fl
     found = {} if value is None else value
     if not isinstance(found, Mapping):
         raise InputError(
-            f"{source}: landmarks are {brief(found)}; expected a mapping such as {{left_wrist: [510, 380]}}"
+            f"{source}: landmarks are {brief(found)}; expected a mapping such as "
+            f"{{left_wrist: [510, 380]}}"
         )
     _check_names(found, list(LANDMARK_INDEX), source, "landmark")
     return tuple(sorted((name, *_place(place, far, name, source)) for name, place in found.items()))
@@ -241,7 +248,8 @@ def _limbs(value: object, source: object) -> tuple[tuple[str, str], ...]:
     found = {} if value is None else value
     if not isinstance(found, Mapping):
         raise InputError(
-            f"{source}: limbs are {brief(found)}; expected a mapping such as {{left_lower_arm: front}}"
+            f"{source}: limbs are {brief(found)}; expected a mapping such as "
+            f"{{left_lower_arm: front}}"
         )
     _check_names(found, list(LIMB_BONES), source, "limb")
     for name, way in found.items():
@@ -254,7 +262,8 @@ def _strokes(value: object, far: float, source: object) -> tuple[Stroke, ...]:
     found = [] if value is None else value
     if not isinstance(found, list | tuple) or len(found) > MAX_STROKES:
         raise InputError(
-            f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes such as {{add: [[510, 380], [520, 400]], radius: 12}}"
+            f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes "
+            f"such as {{add: [[510, 380], [520, 400]], radius: 12}}"
         )
     strokes = tuple(
         _stroke(one, far, f"stroke {number} of the mask", source)
@@ -278,7 +287,7 @@ def _stroke(value: object, far: float, what: str, source: object) -> Stroke:
         raise InputError(
             f"{source}: {what} has the points {brief(points)}; expected a list of [u, v]"
         )
-    if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]  # a number, as was just found
+    if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]
         raise InputError(
             f"{source}: {what} has the radius {brief(radius)}; expected a number over 0"
         )

@@ -18,7 +18,10 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 
 _IN_BOX = 0.2
 """Least share of a person's box and the user's box that they have in common."""
-NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
+NOBODY = (
+    "no person found in the photo; use a photo that shows one whole person, "
+    "or give --mask and --keypoints"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,8 @@ def locate(
             return _search(detector, rgb, who, warnings)
         if who is not None:
             raise InputError(
-                "the corrections say which person is meant, and a mask or keypoints do as well; leave one of them out"
+                "the corrections say which person is meant, and a mask or keypoints do as well; "
+                "leave one of them out"
             )
         return _look_at_given(detector, rgb, mask, keypoints)
 
@@ -91,7 +95,8 @@ def _look_at_given(
         person = None
     if person is None and keypoints is None:
         raise InputError(
-            "no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo"
+            "no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another "
+            "photo"
         )
     points = keypoints if keypoints is not None or person is None else person.keypoints
     assert points is not None
@@ -120,7 +125,8 @@ def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -
     if len(big) > 1 or number > 0:
         if who is None:
             warnings.append(
-                f"{len(big)} people are in the photo; the largest is used (give --mask or --corrections to choose another)"
+                f"{len(big)} people are in the photo; the largest is used (give --mask or "
+                "--corrections to choose another)"
             )
         masks = [person.mask for person in people if person is not people[number]]
         union = np.max(masks, axis=0) > 0.5
@@ -162,7 +168,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
     if isinstance(who, int):
         if who > len(boxes):
             raise InputError(
-                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the photo; give a box [left, top, right, bottom] instead"
+                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the "
+                "photo; give a box [left, top, right, bottom] instead"
             )
         return who - 1
     shares = []
@@ -175,7 +182,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
         )
     if max(shares) < _IN_BOX:
         raise InputError(
-            f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the corrections; draw it around one person, or give --mask"
+            f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the "
+            "corrections; draw it around one person, or give --mask"
         )
     return int(np.argmax(shares))
 

@@ -29,8 +29,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     """Fill the place of the person, and of the shadow next to them, with pieces of the rest of the
     picture (`fill_by_patches`).
 
-    Pieces keep their structure, so that a horizon or a wall continues behind the person, and take the
-    brightness of their surroundings.
+    Pieces keep their structure, so that a horizon or a wall continues behind the person, and take
+    the brightness of their surroundings.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     height, width = photo.shape[:2]
     if mask.shape != (height, width):
         raise InputError(
-            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give both at one size"
+            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give "
+            "both at one size"
         )
     longest = max(height, width)
     hole = _grown(mask > 0.02, round(border * longest))
@@ -65,7 +66,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
         return photo.copy()
     if hole.mean() > 0.9:
         raise InputError(
-            "the person covers more than nine tenths of the photo, so its background is unknown; choose a color or the stage"
+            "the person covers more than nine tenths of the photo, so its background is unknown; "
+            "choose a color or the stage"
         )
     hole |= shadow_around(photo, hole)
     colors, missing = _small(photo, hole, SIDE)

@@ -151,7 +151,8 @@ def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
     drawn = draw_strokes(mask, own.strokes, core=True)
     if (drawn > 0.5).sum() < 64:
         raise InputError(
-            "no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask"
+            "no person found in the photo (the mask is empty); use a photo with one whole person, "
+            "or give --mask"
         )
     return drawn
 
@@ -202,7 +203,8 @@ def _size_of(photo: ByteArray) -> tuple[int, int]:
     """Height and width of a photo, or an `InputError`."""
     if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
         raise InputError(
-            f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)"
+            f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 "
+            "(use decode_photo)"
         )
     return photo.shape[0], photo.shape[1]
 
@@ -277,7 +279,8 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     points = np.asarray(keypoints, np.float32)
     if points.shape != (len(BLAZEPOSE), 3) or not np.isfinite(points).all():
         raise InputError(
-            f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)"
+            f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order "
+            "(use read_openpose)"
         )
     points = points.copy()
     points[:, 2] = np.clip(points[:, 2], 0, 1)
@@ -285,7 +288,8 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     points[~inside, 2] = np.minimum(points[~inside, 2], 0.3)
     if (inside & (points[:, 2] > 0.1)).sum() < 4:
         raise InputError(
-            f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?"
+            f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they "
+            "belong to this photo?"
         )
     return points
 
@@ -314,7 +318,8 @@ def _warn(
     feet_out = (points[feet, 1] > alpha.shape[0]).any() and crop[3] >= size[1]
     if feet_out or (at_bottom and conf[feet].max() < 0.9):
         messages.append(
-            "the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off"
+            "the feet are cut off by the photo's lower edge: legs and feet are guessed and the "
+            "ground may be off"
         )
     elif at_bottom:
         messages.append("the person touches the photo's lower edge: feet may be cut off")
@@ -342,7 +347,8 @@ def _warn(
         )
     elif abs(yaw) > 50:
         messages.append(
-            "the person stands sideways: the far arm and the far half are guessed; a photo from the front works better"
+            "the person stands sideways: the far arm and the far half are guessed; a photo from "
+            "the front works better"
         )
 
     hidden = []
@@ -356,6 +362,7 @@ def _warn(
         )
     if tall * max(1.0, (crop[3] - crop[1]) / alpha.shape[0]) < 256:
         messages.append(
-            f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape (400 pixels or more work well)"
+            f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape "
+            "(400 pixels or more work well)"
         )
     return messages

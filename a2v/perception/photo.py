@@ -125,7 +125,8 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             raise InputError(f"{name} has {width} x {height} pixels; {too_large}")
         if min(width, height) < minimum:
             raise InputError(
-                f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; use a larger photo"
+                f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; "
+                "use a larger photo"
             )
         try:
             image.load()

@@ -79,7 +79,8 @@ def joint_fit(
 
 
 def _used(fits: Sequence[Fitted]) -> list[int]:
-    """Numbers of the photos that are used: the first one, and the further ones that were understood."""
+    """Numbers of the photos that are used: the first one, and the further ones that were
+    understood."""
     return [number for number, one in enumerate(fits) if one.understood or number == 0]
 
 
@@ -112,8 +113,8 @@ def surface_fit(
     fit: FitSettings,
     hands: HandSettings,
 ) -> list[Ref[Fitted]]:
-    """As `body`, for all photos: one shape, and poses by the reconstructed surfaces (Eq. 15-18), with
-    bent fingers."""
+    """As `body`, for all photos: one shape, and poses by the reconstructed surfaces (Eq. 15-18),
+    with bent fingers."""
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 

@@ -196,9 +196,15 @@ class _Reader:
             total = max((-(-size // stride) - 1) * stride + kernel - size, 0)
             padding = (total // 2, total - total // 2) * 2
         return Operation(
-            kind="conv", inputs=(source,), output=output, weights=number, stride=stride, padding=padding,
-            groups=weights.shape[0] if depthwise else 1, clipped=options.fusedActivationFunction == self.clips,
-        )  # fmt: skip
+            kind="conv",
+            inputs=(source,),
+            output=output,
+            weights=number,
+            stride=stride,
+            padding=padding,
+            groups=weights.shape[0] if depthwise else 1,
+            clipped=options.fusedActivationFunction == self.clips,
+        )
 
 
 class BlazePoseLayers(nn.Module):

@@ -21,8 +21,8 @@ _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range
 
 
 def landmark_weights() -> FloatArray:
-    """Weights of the landmarks (33,): eyes, mouth, fingers and toes have less than those that the fit
-    relies on."""
+    """Weights of the landmarks (33,): eyes, mouth, fingers and toes have less than those that the
+    fit relies on."""
     weights = np.ones(len(BLAZEPOSE), np.float32)
     for weight, chosen in _LESS.items():
         weights[list(chosen)] = weight

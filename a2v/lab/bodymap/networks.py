@@ -175,9 +175,9 @@ class BodyMapNetwork(nn.Module):
             TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu"
         )
         self.attend = nn.TransformerEncoder(layer, 3, enable_nested_tensor=False)
-        self.out = nn.Linear(
-            TOKEN, 7
-        )  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
+        # a correction, two scales, and the shares of the heat maps' place over BlazePose's in the
+        # picture and in depth
+        self.out = nn.Linear(TOKEN, 7)
         nn.init.zeros_(self.out.weight)
         with torch.no_grad():
             self.out.bias.copy_(torch.tensor([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, -2.0]))

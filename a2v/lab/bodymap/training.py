@@ -18,15 +18,8 @@ from a2v.errors import InputError
 from a2v.lab.bodymap.examples import QuickViews, make_example, stack
 from a2v.lab.bodymap.losses import errors, losses, tensors
 from a2v.lab.bodymap.networks import BodyMapNetwork
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.lab.untracing import calibrate, fill, read_weights
 from a2v.perception.bodymap import FILE as SHIPPED
 

@@ -1,8 +1,8 @@
 """Whole windows of motion as short codes: bone directions and root path through a linear basis
 (PCA).
 
-What a plain PCA leaves out is small for the pose and large for a foot that ought to stand, so the
-basis is the best one for a sum of squares in which the feet's places and steps count beside the
+The remainder of a plain PCA is small for the pose, but large for a foot that should stand still. So
+the basis is optimal for a sum of squares that includes the feet's places and steps beside the
 directions (`foot_metric`).
 """
 
@@ -28,11 +28,11 @@ CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 def foot_metric(
     skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float
 ) -> FloatArray:
-    """Sum of squares over a window that the feet's places and steps enter: x^T M x for flat
+    """Return M of the sum of squares x^T M x, which includes the feet's places and steps, for flat
     features x of `frames` frames.
 
     Feet are linear in the features for bones of given lengths, as long as directions are not
-    normalized anew.
+    normalized again.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class LinearCode:
     ----------
     mean : (N,) float32
     basis : (D, N) float32
-        Rows that a code combines; orthonormal in the metric.
+        Rows that a code combines, orthonormal in the metric.
     encoder : (D, N) float32
         Rows that make coefficients from features: the basis times the metric.
     scale : (D,) float32
@@ -88,7 +88,8 @@ class LinearCode:
         N), else the identity."""
         if size > min(features.shape):
             raise InputError(
-                f"a code of {size} numbers needs at least as many windows and features; got {features.shape}"
+                f"a code of {size} numbers needs at least as many windows and "
+                f"features; got {features.shape}"
             )
         mean = features.mean(axis=0, dtype=np.float64)
         centered = (features - mean).astype(np.float64)
@@ -118,10 +119,10 @@ class LinearCode:
         return code
 
     def rotation_to(self, other: LinearCode) -> FloatArray:
-        """The rotation Q (D, D) float32 nearest to what turns codes of `other` into codes of this:
-        this = Q other.
+        """Return the rotation Q (D, D) float32 nearest to the map from codes of `other` to codes of
+        this: this = Q other.
 
-        Both codes are white, so for windows that both can tell apart it is exact.
+        Both codes are white, so Q is exact for windows that both can tell apart.
         """
         between = (self.encoder @ other.basis.T) * other.scale / self.scale[:, None]
         left, _, right = np.linalg.svd(between)

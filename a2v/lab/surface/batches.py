@@ -65,8 +65,8 @@ class Prepared:
     guide_faces: IntArray
 
     def guide_mesh(self) -> GuideMesh:
-        """The guide; built again each time (12 ms), since Open3D 0.20 crashes with a thousand ray casting
-        scenes in memory."""
+        """The guide; built again each time (12 ms), since Open3D 0.20 crashes with a thousand ray
+        casting scenes in memory."""
         return GuideMesh(self.view.guide_vertices, self.guide_faces)
 
 

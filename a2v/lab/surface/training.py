@@ -19,15 +19,8 @@ import torch
 from torch import Tensor, nn
 
 from a2v.errors import InputError
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.lab.studio.view import list_views
 from a2v.lab.surface.batches import (
     Example,
@@ -210,7 +203,8 @@ class StageTraining(Training):
         found, weights = _read_networks(self.settings.initial, self.stage)
         if found != self.network:
             raise InputError(
-                f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out"
+                f"{self.settings.initial} has other networks ({found}); give the same --network "
+                "settings, or leave initial out"
             )
         self.model.load_state_dict(weights)
 

@@ -73,7 +73,7 @@ class WindowGraph(nn.Module):
         self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
         self.register_buffer(
             "context_basis",
-            torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()),
+            torch.from_numpy((codec.context.basis * codec.context.inverse_scale[:, None]).T.copy()),
         )
         # the fade ends before the frames that a next window continues
         fade_frames = max(

@@ -23,7 +23,9 @@ class FilmedOptions:
     """A video that gives the motion."""
 
     from_video: str | None = option(
-        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...)", default=None, metavar="FILE"
+        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a folder",
+        default=None,
+        metavar="FILE",
     )
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 

@@ -31,6 +31,7 @@ from a2v.motion.timeline import Take
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
+from pipelines.filmed_folder import follow_folder
 from pipelines.inputs import RunOptions, check_writable
 from pipelines.motion_bones import bone_scale, first_frames
 from pipelines.motion_film import FilmedOptions, Made, follow_video
@@ -63,6 +64,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --start-pose "a.npz#30" --end-pose b.bvh --seconds 3 --out b2.bvh   also --keyframes FILE, --hold
   a2v motion --from-video clip.mp4 --out me.bvh                         the person in a video; --seconds 10, --follow.start 4
+  a2v motion --from-video clips --out my_actions        clips/ACTION/*.mp4 to my_actions/ACTION/*.bvh for a2v train flow --dataset bvh
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
   a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser
@@ -163,6 +165,8 @@ def run(options: Options) -> Answer:
             "no output given; name a file with --out, or a page with --page (--character requires --page)"
         )
     path = Path(options.out)
+    if options.filmed.from_video is not None and Path(options.filmed.from_video).is_dir():
+        return _folder(options, path)
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
@@ -171,19 +175,7 @@ def run(options: Options) -> Answer:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
     check_speed(options.edits.speed)
     if options.filmed.from_video is not None:
-        others = [
-            item.name
-            for item in fields(options)
-            if item.name not in FILMED and getattr(options, item.name) != item.default
-        ]
-        made = follow_video(
-            options.filmed,
-            options.plan,
-            options.edits.edit,
-            options.running,
-            [*others, *_given(options.way)],
-        )
-        return _written(made, path, rigged, options.edits.edit)
+        return _written(_filmed(options, options.filmed), path, rigged, options.edits.edit)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:
@@ -196,6 +188,34 @@ def run(options: Options) -> Answer:
         write_npz(path, content)
         return Answer(files=[path])
     return _written(Made(generate(asked, options)), path, rigged, options.edits.edit)
+
+
+def _filmed(options: Options, filmed: FilmedOptions) -> Made:
+    """The motion of a video."""
+    others = [
+        item.name
+        for item in fields(options)
+        if item.name not in FILMED and getattr(options, item.name) != item.default
+    ]
+    return follow_video(
+        filmed,
+        options.plan,
+        options.edits.edit,
+        options.running,
+        [*others, *_given(options.way)],
+    )
+
+
+def _folder(options: Options, out: Path) -> Answer:
+    """The motions of a folder of videos."""
+    rigged = _rigged(options, out.with_suffix(".bvh"))
+    return follow_folder(
+        options.filmed,
+        out,
+        lambda filmed: _filmed(options, filmed),
+        lambda made, path: _written(made, path, rigged, options.edits.edit),
+        rigged=rigged is not None,
+    )
 
 
 def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> Answer:

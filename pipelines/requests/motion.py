@@ -45,7 +45,7 @@ FPS = "frames per second"
 
 MOTION_FILES = f"{readable_motions(', ')}, or a video of a person"
 """Help of the options that name a motion file."""
-FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face")
+FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0

@@ -22,6 +22,8 @@ from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.types import FloatArray
 
+_LEAST_SCALE = 1e-5
+"""Standard deviation of a direction below which nothing varies in it."""
 CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 
 
@@ -113,9 +115,16 @@ class LinearCode:
             )
         return cls(*(part.astype(np.float32) for part in (mean, basis, encoder, scale)))
 
+    @property
+    def inverse_scale(self) -> FloatArray:
+        """1 / scale (D,), and 0 for directions in which nothing varies: few clips have few
+        directions, and 1 / scale of the others is not a number in half precision."""
+        varies = self.scale > _LEAST_SCALE
+        return np.where(varies, 1 / np.where(varies, self.scale, 1), 0).astype(np.float32)
+
     def encode(self, features: FloatArray) -> FloatArray:
         """Codes (M, D) of features (M, N)."""
-        code: FloatArray = (features - self.mean) @ self.encoder.T / self.scale
+        code: FloatArray = (features - self.mean) @ self.encoder.T * self.inverse_scale
         return code
 
     def rotation_to(self, other: LinearCode) -> FloatArray:

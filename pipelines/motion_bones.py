@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from a2v.errors import InputError
 from a2v.formats import read_motion
+from a2v.kinematics import bone_lengths
+from a2v.motion import MotionModel
+from a2v.motion.applications import on_skeleton
 from a2v.types import Motion
 
 
@@ -44,3 +49,21 @@ def first_frames(path: str, frames: int | None) -> Motion:
     if not 1 <= frames <= motion.frames:
         raise InputError(f"start_frames is {frames}; {path} has {motion.frames} frames")
     return motion.first(frames)
+
+
+def own_bones(model: MotionModel, bones: str | None, scale: float | str) -> np.ndarray | None:
+    """Bone lengths (J,) in native units of the person in the file --bones, times --bone-scale; None
+    without a file."""
+    if bones is None:
+        return None
+    unit = model.card.meters_per_unit
+    person = first_frames(bones, None)
+    lengths = bone_lengths(
+        on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton
+    )
+    scaled: np.ndarray = (
+        np.median(lengths, axis=0)
+        / unit
+        * (model.scaled_bones(bone_scale(scale)) / np.maximum(model.bone_lengths, 1e-9))
+    )
+    return scaled.astype(np.float32)

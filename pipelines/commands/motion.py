@@ -13,13 +13,11 @@ from a2v.animation import RIGS
 from a2v.errors import InputError
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import brief, write_npz
-from a2v.kinematics import bone_lengths
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import (
     interpolate,
     matching_actions,
-    on_skeleton,
     outpaint,
     sample_each,
 )
@@ -33,7 +31,7 @@ from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.filmed_folder import follow_folder
 from pipelines.inputs import RunOptions, check_writable
-from pipelines.motion_bones import bone_scale, first_frames
+from pipelines.motion_bones import bone_scale, first_frames, own_bones
 from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
@@ -309,7 +307,7 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
             raise InputError(
                 f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out"
             )
-        lengths = own_bones(model, options)
+        lengths = own_bones(model, options.bones, options.bone_scale)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
         direction = read_direction(
             model, asked.steps, options.way, fps=options.rate(model), count=options.count
@@ -362,27 +360,6 @@ def _given(way: WayOptions) -> list[str]:
     return [item.name for item in fields(way) if getattr(way, item.name) is not None]
 
 
-def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
-    """Bone lengths (J,) in native units of the person in --bones, times --bone-scale; None without
-    that option."""
-    if options.bones is None:
-        return None
-    unit = model.card.meters_per_unit
-    person = first_frames(options.bones, None)
-    lengths = bone_lengths(
-        on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton
-    )
-    scale: np.ndarray = (
-        np.median(lengths, axis=0)
-        / unit
-        * (
-            model.scaled_bones(bone_scale(options.bone_scale))
-            / np.maximum(model.bone_lengths, 1e-9)
-        )
-    )
-    return scale.astype(np.float32)
-
-
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T)
     and what they mean."""
@@ -392,7 +369,7 @@ def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     frames = options.length(model)
     plain = len(names) == 1 and not options.start and not options.interpolate
     if plain:
-        own = own_bones(model, options)
+        own = own_bones(model, options.bones, options.bone_scale)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if own is None else own
         joints = model.sample_native(
             names[0], frames=frames, count=options.count, seed=options.plan.seed, lengths=lengths

@@ -34,8 +34,8 @@ from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.lab.dataset_options import DataOptions, hold_out
-from pipelines.lab.evaluate_rows import Table, actions_content
 from pipelines.lab.evaluated import MODELS, Evaluated, open_models
+from pipelines.lab.evaluation_rows import Table, actions_content
 from pipelines.lab.tables import table_path, table_result, write_numbers, write_table
 from pipelines.lab.train_classifier import run_classifier
 from pipelines.options import group, option, settings

@@ -52,8 +52,8 @@ sheets: setup ## contact sheets of the sample, the photos and avatars, of every 
 tables: setup ## list the commands that remake the papers' tables; ARGS=--run runs them, ARGS="--run --only cmu" one
 	@$(PY) scripts/make_tables.py $(ARGS)
 
-lint: setup ## ruff, mypy, layers
-	@$(PY) -m ruff check . && $(PY) -m mypy && .venv/bin/lint-imports
+lint: setup ## ruff, spelling, mypy, layers
+	@$(PY) -m ruff format --check . && $(PY) -m ruff check . && .venv/bin/codespell && $(PY) -m mypy && .venv/bin/lint-imports
 
 notebooks: setup ## write and execute notebooks/*.ipynb from their .py
 	@set -e; for source in notebooks/*.py; do $(PY) -m jupytext --to ipynb --execute $$source; done

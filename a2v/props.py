@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.record import Record
-from a2v.types import FloatArray, IntArray
+from a2v.types import FloatArray, IntArray, Surface
 
 COLOR = (0.42, 0.47, 0.53)
 """sRGB of all props: unlike skin."""
@@ -80,6 +81,47 @@ class Props(Record):
             owner=np.concatenate(owner).astype(np.int32),
             names=tuple(names),
         )
+
+    @classmethod
+    def of_clips(cls, clips: Mapping[str, Props]) -> Props:
+        """The solids of several clips in one scene. With more than one clip, each solid's name
+        begins with its clip's."""
+        some = {name: props for name, props in clips.items() if props.names}
+        if len(clips) < 2 and some:
+            return next(iter(some.values()))
+        firsts = np.cumsum([0, *(len(props.vertices) for props in some.values())])
+        owners = np.cumsum([0, *(len(props.names) for props in some.values())])
+        return cls(
+            vertices=np.concatenate(
+                [np.zeros((0, 3), np.float32), *(props.vertices for props in some.values())]
+            ),
+            faces=np.concatenate(
+                [
+                    np.zeros((0, 3), np.int32),
+                    *(p.faces + np.int32(at) for p, at in zip(some.values(), firsts, strict=False)),
+                ]
+            ),
+            owner=np.concatenate(
+                [
+                    np.zeros(0, np.int32),
+                    *(p.owner + np.int32(at) for p, at in zip(some.values(), owners, strict=False)),
+                ]
+            ),
+            names=tuple(f"{clip}_{name}" for clip, props in some.items() for name in props.names),
+        )
+
+    def surfaces(self) -> list[tuple[str, Surface]]:
+        """Each solid by its name, as a mesh of one color with its own vertices."""
+        found = []
+        for number, name in enumerate(self.names):
+            used, faces = np.unique(self.faces[self.owner == number], return_inverse=True)
+            solid = Surface(
+                vertices=self.vertices[used],
+                faces=faces.reshape(-1, 3).astype(np.int32),
+                colors=np.tile(np.array(COLOR, np.float32), (len(used), 1)),
+            )
+            found.append((name, solid))
+        return found
 
 
 def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArray:

@@ -60,7 +60,7 @@ def main() -> None:
         for radius in (np.inf, 4.0, 2.0, -2.0):
             known = []
             for clip in own:
-                joints = fine.joints[clip][: fine.length] * np.float32(fine.frame.metres_per_unit)
+                joints = fine.joints[clip][: fine.length] * np.float32(fine.frame.meters_per_unit)
                 led = bent(joints - joints[:1, :1], radius)
                 led = led[np.minimum(np.arange(fine.length), len(led) - 1)][None]
                 faced = np.random.default_rng(0).choice(model.card.headings[label], 8)  # type: ignore[attr-defined]

@@ -4,7 +4,7 @@ action for the same photo.
     python benchmarks/pipeline.py [--photo P] [--frames 60] [--size 512] [--out out/bench.json]
 
 The bar: at most 6 minutes and 4 GB for 60 frames, four views, 512 px on two cores; the second run
-re-uses the character.
+reuses the character.
 """
 
 from __future__ import annotations

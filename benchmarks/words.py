@@ -25,11 +25,11 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from a2v.errors import InputError
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 
 TESTS = Path(__file__).parents[1] / "tests/motion"
 HALVES = ("development", "held-out")
-FILES = ("words.csv", "words_everyday.csv")
+FILES = ("words.csv", "words_everyday.csv", "words_fresh.csv", "words_blind.csv")
 
 Steps = Sequence[tuple[str, float | None]]
 Resolver = Callable[[str], Steps]

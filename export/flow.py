@@ -26,7 +26,8 @@ from a2v.lab.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.tracing import to_onnx
-from export.motion import demand_temperature, describe_data
+from export.description import describe_data
+from export.motion import demand_temperature
 from export.storage import round_to_stored, save_model, shrink
 
 STEPS = 7
@@ -60,10 +61,10 @@ class WindowGraph(nn.Module):
         codec = model.codec
         self.network, self.skeleton, self.steps = model.network, dataset.skeleton, steps
         self.guidance, self.guided_until, self.temperature = guidance, guided_until, temperature
-        self.frames, self.context_frames, self.metres_per_unit = (
+        self.frames, self.context_frames, self.meters_per_unit = (
             codec.frames,
             codec.context_frames,
-            dataset.frame.metres_per_unit,
+            dataset.frame.meters_per_unit,
         )
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer(
@@ -72,7 +73,7 @@ class WindowGraph(nn.Module):
         self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
         self.register_buffer(
             "context_basis",
-            torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()),
+            torch.from_numpy((codec.context.basis * codec.context.inverse_scale[:, None]).T.copy()),
         )
         # the fade ends before the frames that a next window continues
         fade_frames = max(
@@ -119,7 +120,7 @@ class WindowGraph(nn.Module):
         goal : (B, K) or (1, K)
             What is to be measured. None: no constraints, for which the file has one of zeros.
         """
-        moved = (context - context[:, :1, :1]) / self.metres_per_unit
+        moved = (context - context[:, :1, :1]) / self.meters_per_unit
         heading = self._heading(moved, has_context)
         if heading is not None:
             moved = face_forward(moved, heading)
@@ -160,7 +161,7 @@ class WindowGraph(nn.Module):
         )
         made = (
             array.reshape(3 * n, -1).T.reshape(size)
-            for array in (joints * self.metres_per_unit, rotvec)
+            for array in (joints * self.meters_per_unit, rotvec)
         )
         return tuple(made)  # type: ignore[return-value]
 

@@ -103,7 +103,7 @@ def test_bodies(tmp_path, start):
     )
     tall = Motion.load(tmp_path / "legs.npz")
     assert np.allclose(
-        bone_lengths(tall.joints, model.skeleton)[0] / model.card.metres_per_unit,
+        bone_lengths(tall.joints, model.skeleton)[0] / model.card.meters_per_unit,
         model.scaled_bones({"legs": 1.5}),
         atol=1e-5,
     )
@@ -187,7 +187,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
     name, data_dir, tmp_path
 ):
     from a2v.lab.evaluation.classifier import load_evaluator
-    from a2v.lab.evaluation.protocol import generator_of
+    from a2v.lab.evaluation.sources import generator_of
 
     model = MotionModel.load(name)
     frames, count = model.card.frames, 60
@@ -211,7 +211,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
         content = read_npz(tmp_path / "n.npz")
         assert (content["labels"] == label).all()
         right.append(evaluator(content["joints"])[1] == label)
-        meters = content["joints"] * content["native_signs"] * content["metres_per_unit"]
+        meters = content["joints"] * content["native_signs"] * content["meters_per_unit"]
         wrong_frame.append(evaluator(meters.astype(np.float32))[1] == label)
         labels += [label] * count
     bodies = np.tile(model.bone_lengths, (len(labels), 1))

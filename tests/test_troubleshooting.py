@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 from pathlib import Path
 
@@ -15,7 +16,7 @@ SOURCES = {
     "a2v/body/confidence.py": ["doubts"],
     "a2v/body/together.py": ["doubts_of"],
     "a2v/footage/remarks.py": ["unseen_parts", "told_pieces", "told_reel"],
-    "a2v/perception/locate.py": ["locate"],
+    "a2v/perception/locate.py": ["_search"],
     "a2v/perception/person.py": ["_warn"],
     "a2v/reconstruction/canonical/face.py": ["SMALL_FACE", "TURNED_FACE"],
     "a2v/rendering/variant.py": ["choose_variant"],
@@ -112,3 +113,17 @@ def test_all_places_that_print_are_known() -> None:
 
 def test_a_sentence_that_is_not_there_is_found() -> None:
     assert not has_entry(["the moon is full: wait"])
+
+
+def test_every_refusal_is_listed() -> None:
+    listing = importlib.import_module("scripts.list_refusals")
+    assert listing.PAGE.read_text(encoding="utf-8") == listing.page(), (
+        "messages have changed: run python scripts/list_refusals.py and commit what it writes"
+    )
+
+
+def test_a_refusal_is_found_with_its_values_left_out(tmp_path: Path) -> None:
+    listing = importlib.import_module("scripts.list_refusals")
+    source = tmp_path / "module.py"
+    source.write_text('raise InputError(f"the size is {size}; expected 1 " + "to 9")\n')
+    assert list(listing.refusals(source)) == ["the size is …; expected 1 to 9"]

@@ -11,6 +11,7 @@ from a2v.animation.contacts import ContactSettings
 from a2v.animation.detail import detail_joints
 from a2v.animation.entrance import enter_from, in_world
 from a2v.animation.grounding import clean_contacts
+from a2v.animation.holding import hold_solids
 from a2v.animation.life import LifeSettings, enliven, share_of, swayed
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
@@ -18,8 +19,8 @@ from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
 from a2v.animation.source import aligned, middle, source_joints, source_leg_length, upright_rotmat
 from a2v.animation.task import Task
 from a2v.errors import InputError
+from a2v.kinematics.foot_contacts import steps_under
 from a2v.kinematics.ground import smoothed
-from a2v.kinematics.planting import steps_under
 from a2v.types import Body, FloatArray, Motion
 
 
@@ -40,7 +41,7 @@ class RetargetSettings:
         vertical of motion capture.
     steps : {"auto", "always", "never"}
         Whether feet may stand on steps, whose heights are found
-        (`a2v.kinematics.planting.steps_under`); "auto" where the motion says that it goes up
+        (`a2v.kinematics.foot_contacts.steps_under`); "auto" where the motion says that it goes up
         (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
     limits : bool
         Keep joints within a human's range.
@@ -147,8 +148,9 @@ def retarget(
             share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3])
         )[:, None]
     transforms = enliven(transforms, rig, body.bone_names, motion, settings.life, source)
-    if settings.clear_arms and not settings.raw:
-        transforms = clear_arms(transforms, rig, motion.fps)
+    if not settings.raw:
+        transforms = clear_arms(transforms, rig, motion.fps) if settings.clear_arms else transforms
+        transforms = transforms if steps is None else hold_solids(transforms, rig, body, motion.fps)
     if settings.from_photo:
         transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)

@@ -1,4 +1,4 @@
-"""L-BFGS with a strong Wolfe line search (torch's), as every fit of the body uses it."""
+"""L-BFGS with a strong Wolfe line search (torch's), for all fits of the body."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import re
 import shutil
@@ -21,6 +22,7 @@ from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten
 from a2v.npm import NpmPackages, find_node
+from a2v.props import Props
 from a2v.system import link_folder
 from a2v.types import Character
 
@@ -30,7 +32,8 @@ PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.
 exporter of skins and clips for it."""
 
 READER = WRITER.with_name("fbx_reader.mjs")
-SCALE = WRITER.with_name("fbx_scale.mjs")
+SHARED = (WRITER.with_name("fbx_scale.mjs"), WRITER.with_name("glb_parts.mjs"))
+"""What both scripts import."""
 
 SECONDS = 300
 """A script that takes longer is stopped."""
@@ -53,6 +56,7 @@ def write_fbx(
     clips: Clips | None = None,
     *,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
     """Write a textured (or vertex-colored), skinned and animated binary FBX, atomically.
 
@@ -67,6 +71,8 @@ def write_fbx(
     clips : Clips or None
     expressions : Strengths or None
         What the face does in the clips.
+    props : Props or None
+        Solids that stand in the scene: a mesh of its name for each.
 
     Raises
     ------
@@ -79,13 +85,14 @@ def write_fbx(
     """
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", _plain(character), clips, expressions=expressions)
-        glb_to_fbx(Path(folder) / "character.glb", path, fps=fps)
+        source = Path(folder) / "character.glb"
+        write_glb(source, _plain(character), clips, expressions=expressions, props=props)
+        glb_to_fbx(source, path, fps=fps)
 
 
 def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:
-    """Write a GLB with one picture at most as binary FBX in centimeters, atomically; its clips have
-    `fps` keys per second.
+    """Write a GLB as binary FBX in centimeters, atomically; its clips have `fps` keys per second.
+    Pictures of color, normals and glow are embedded; others are left out.
 
     Raises
     ------
@@ -96,9 +103,15 @@ def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, 
         _run(WRITER, Path(source), temporary, f"{fps:g}")
 
 
-def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in meters, without its
-    pictures.
+def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Write the bones, skins, meshes, clips and pictures of an FBX as a GLB in meters.
+
+    Pictures are PNG or JPEG of color, normals and glow, embedded or in the folder of the FBX.
+
+    Returns
+    -------
+    tuple of str
+        Names of the pictures that are left out: other kinds of files, missing or over 64 MB.
 
     Raises
     ------
@@ -117,7 +130,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     if size > MAX_BYTES:
         raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     try:
-        _run(READER, source, Path(path))
+        return tuple(str(name) for name in json.loads(_run(READER, source, Path(path))))
     except MissingDependencyError:
         raise
     except A2VError as error:
@@ -131,8 +144,9 @@ def _plain(character: Character) -> Character:
     )
 
 
-def _run(script: Path, *arguments: str | Path) -> None:
-    """Run a script by Node beside the packages of npm, without the environment's own modules."""
+def _run(script: Path, *arguments: str | Path) -> str:
+    """Run a script by Node beside the packages of npm, without the environment's own modules;
+    returns what it prints."""
     node = find_node()
     if node is None:
         raise MissingDependencyError(
@@ -143,7 +157,7 @@ def _run(script: Path, *arguments: str | Path) -> None:
         name: value for name, value in os.environ.items() if not name.startswith("NODE_")
     }
     with tempfile.TemporaryDirectory() as folder:
-        for file in (script, SCALE):
+        for file in (script, *SHARED):
             shutil.copy(file, folder)  # imports are looked for beside the script
         link_folder(Path(folder) / "node_modules", modules.resolve())
         command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
@@ -173,3 +187,4 @@ def _run(script: Path, *arguments: str | Path) -> None:
         raise A2VError(
             f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used"
         )
+    return done.stdout

@@ -23,6 +23,7 @@ from a2v.formats.gltf import write_glb
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
 from a2v.kinematics.resample import resample_motion
+from a2v.props import Props
 from a2v.types import Character, Motion
 
 
@@ -52,10 +53,18 @@ class MotionFormat:
 
 
 class CharacterWriter(Protocol):
-    """Writes a `Character`, its `Clips` and what its face does in them, atomically."""
+    """Writes a `Character`, its `Clips`, what its face does in them and the `Props` of the scene,
+    atomically."""
 
     def __call__(
-        self, path: Path, character: Character, clips: Clips, /, *, expressions: Strengths | None
+        self,
+        path: Path,
+        character: Character,
+        clips: Clips,
+        /,
+        *,
+        expressions: Strengths | None,
+        props: Props | None,
     ) -> object:
         """Write it."""
 
@@ -216,8 +225,10 @@ def write_character(
     formats: Sequence[CharacterFormat] = CHARACTER_FORMATS,
     *,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
-    """Write a character, its clips and what its face does in them by the path's suffix.
+    """Write a character, its clips, what its face does in them and the solids of the scene by the
+    path's suffix.
 
     Raises
     ------
@@ -226,4 +237,4 @@ def write_character(
         written.
     """
     target = Path(path)
-    writer_of(target, formats).write(target, character, clips, expressions=expressions)
+    writer_of(target, formats).write(target, character, clips, expressions=expressions, props=props)

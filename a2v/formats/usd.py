@@ -26,6 +26,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
+from a2v.props import Props
 from a2v.types import Body, Character, FloatArray, Surface
 
 SUFFIXES = (".usdz", ".usdc", ".usda", ".usd")
@@ -39,6 +40,7 @@ def write_usd(
     name: str = "character",
     jpeg_quality: int = 92,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
     """Write a textured (or vertex-colored), skinned and animated character as USD.
 
@@ -59,6 +61,8 @@ def write_usd(
         Quality of the texture, 1 to 100; 0 writes PNG.
     expressions : Strengths or None
         What the face does in the clips.
+    props : Props or None
+        Solids that stand in the scene: a mesh for each, under ``/name/props``.
 
     Raises
     ------
@@ -94,6 +98,8 @@ def write_usd(
             _identifier(name),
             None if texture is None else texture[0],
         )
+        if props is not None and props.names:
+            _add_props(stage, props, f"/{_identifier(name)}/props")
         stage.GetRootLayer().Save()
         if packed:
             if texture is not None:
@@ -159,7 +165,7 @@ def _fill_stage(
     stage.SetFramesPerSecond(speed)
     moves = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     joints = skeleton.GetJointsAttr().Get()
-    taken = {"skeleton", "surface", "material"}
+    taken = {"skeleton", "surface", "material", "props"}
     for index, (key, (transforms, fps)) in enumerate(clips.items()):
         label = _identifier(key) or "clip"
         while label in taken:
@@ -195,6 +201,15 @@ def _add_skeleton(stage: Any, body: Body, path: str) -> Any:
     skeleton.CreateBindTransformsAttr(matrices(bind))
     skeleton.CreateRestTransformsAttr(matrices(parent_from_bone(bind[None], body.bone_parents)[0]))
     return skeleton
+
+
+def _add_props(stage: Any, props: Props, path: str) -> None:
+    """Add a mesh for each of the solids under the prim `path`; none is bound to the skeleton."""
+    from pxr import UsdGeom
+
+    UsdGeom.Xform.Define(stage, path)
+    for name, solid in props.surfaces():
+        _add_mesh(stage, solid, f"{path}/{_identifier(name)}", textured=False)
 
 
 def _add_mesh(stage: Any, surface: Surface, path: str, *, textured: bool) -> Any:

@@ -1,4 +1,4 @@
-"""What an exported motion model says of itself: the metadata of its ONNX file, read and checked
+"""The description of an exported motion model: the metadata of its ONNX file, read and checked
 once."""
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _AGAIN = "export the model again with a2v"
 
 @dataclass(frozen=True, kw_only=True)
 class ModelCard:
-    """What every exported motion model says of itself.
+    """The description that every exported motion model has.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ModelCard:
         Rest pose of the rotations that it makes, unit vectors.
     bone_lengths : (J,) float32
         Default bone lengths, native units.
-    metres_per_unit : float
+    meters_per_unit : float
         Meters of one native unit.
     native_signs : tuple of 3 floats of +1 or -1
         Sign of each native axis; see `a2v.lab.datasets.NativeFrame`.
@@ -85,7 +85,7 @@ class ModelCard:
     skeleton: Skeleton
     rest_directions: FloatArray
     bone_lengths: FloatArray
-    metres_per_unit: float
+    meters_per_unit: float
     native_signs: tuple[float, float, float]
     latent_size: int
     traits: tuple[tuple[str, ...], ...] = ()
@@ -118,7 +118,7 @@ class WindowCard(ModelCard):
     Attributes
     ----------
     window_frames, context_frames : int
-        Frames W of a window, and P of the frames that it may go on from.
+        Number of frames W of a window, and P of the frames that it may continue.
     active : tuple of arrays (n,) float64
         By action: how much of a window each clip of the data moves before it ends, ascending, in
         [0, 1]; empty where the data has no clip.
@@ -260,7 +260,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "bone_lengths": entries.numbers("bone_lengths", length=len(joints), low=0, high=1e6).astype(
             np.float32
         ),
-        "metres_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
+        "meters_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
         "native_signs": entries.signs("native_signs"),
         "latent_size": entries.integer("latent_size", high=_LARGEST_SIZE),
         "traits": _texts_by_action(entries, "traits", len(actions)),

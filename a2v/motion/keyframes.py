@@ -121,7 +121,7 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
         raise InputError(
             f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than {MAX_POSES} of them"
         )
-    skeleton, own = model.skeleton, model.bone_lengths * model.card.metres_per_unit
+    skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
     joints[..., 1] -= joints[..., 1].min()
     vectors = bone_vectors(joints, skeleton)
@@ -137,7 +137,7 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
 
 
 def placed(pose: FloatArray, key: Keyframe, skeleton: Skeleton) -> Keyframe:
-    """A keyframe with a pose (J, 3), turned and moved to where `key` wants it."""
+    """A keyframe with a pose (J, 3), turned and moved to the place of `key`."""
     joints = pose
     if key.heading is not None:
         turned = yaw_to_rotmat(np.array(key.heading - float(heading(pose, skeleton))))

@@ -24,11 +24,11 @@ WORDS = Path(__file__).with_name("words.txt.gz")
 SENSES = Path(__file__).with_name("senses.csv")
 
 MAX_WORDS = 60
-"""Words of one part of a prompt that are read; nobody says more of an action."""
+"""Largest number of words of one part of a prompt that are read."""
 
 #: Words that say nothing about the action.
 STOPWORDS = frozenset(
-    ["a", "an", "the", "this", "that", "some", "any", "someone", "somebody", "something", "anything", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "i", "me", "my", "you", "your", "we", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "himself", "herself", "itself", "one", "is", "are", "be", "being", "am", "was", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "wants", "need", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little", "there", "here", "first", "finally", "next", "later", "show", "shows", "try", "tries", "but", "possible", "again", "feel", "feels", "feeling", "two", "three", "four", "five", "six", "ten", "twice", "once", "times", "more", "when", "who", "which", "what", "how", "everybody", "nobody", "thing", "stuff", "normally", "normal", "guys", "dude", "lady", "character", "avatar", "video", "motion", "animation", "movement", "action", "scene"]
+    ["a", "an", "the", "this", "that", "some", "any", "someone", "somebody", "something", "anything", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "i", "me", "my", "you", "your", "we", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "himself", "herself", "itself", "one", "is", "are", "be", "being", "am", "was", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "wants", "need", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "put", "puts", "putting", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little", "there", "here", "first", "finally", "next", "later", "show", "shows", "try", "tries", "but", "possible", "again", "feel", "feels", "feeling", "two", "three", "four", "five", "six", "ten", "twice", "once", "times", "more", "when", "who", "which", "what", "how", "everybody", "nobody", "thing", "stuff", "normally", "normal", "guys", "dude", "lady", "character", "avatar", "video", "motion", "animation", "movement", "action", "scene"]
 )  # fmt: skip
 
 WEIGHTS = {
@@ -65,6 +65,7 @@ PARTICLES = frozenset(
         "still",
         "start",
         "begin",
+        "place",
     ]
 )
 PARTICLE = 0.2
@@ -139,6 +140,10 @@ LIKE = frozenset(
         "become",
     ]
 )
+SUBJECTS = frozenset(
+    ["nobody", "everybody", "someone", "somebody", "there", "it", "you", "he", "she", "they", "no"]
+)
+AUXILIARIES = frozenset(["is", "are", "was", "were", "has", "have", "one"])
 RELATIONS = {"same": 0.95, "kind": 0.8}
 """How sure a word of ``senses.csv`` means what stands there."""
 MENDED = 0.9
@@ -161,13 +166,13 @@ class Word:
     given : str
         As it was written.
     sure : float
-        How sure `stem` is what was meant, in [0, 1].
+        Confidence that `stem` was meant, in [0, 1].
     against : float
-        What it counts against an action that does not have it, at least.
+        Least weight against an action that does not have it.
     placed : bool
-        Whether it says where something takes place.
+        Whether it names a place of the action.
     leading : bool
-        Whether it says who acts, or like whom.
+        Whether it names the actor or a comparison.
     """
 
     stem: str
@@ -188,8 +193,13 @@ def root(word: str) -> str:
 
 
 def plain_words(text: str) -> list[str]:
-    """The words of a text in small letters; "don't" is "dont", "t-rex" two words."""
-    return re.findall(r"[a-z0-9]+", text.lower().replace("'", "").replace("’", ""))
+    """The words of a text in small letters; "don't" is "dont", "t-rex" two words. A comparison with
+    a whole sentence ("like nobody is watching") is left out."""
+    words = re.findall(r"[a-z0-9]+", text.lower().replace("'", "").replace("’", ""))
+    for at in range(1, len(words) - 2):
+        if words[at] == "like" and words[at + 1] in SUBJECTS and words[at + 2] in AUXILIARIES:
+            return words[:at]
+    return words
 
 
 def canonical_words(text: str) -> list[str]:
@@ -316,6 +326,9 @@ def mended(word: str, vocabulary: Collection[str]) -> str:
     """A word that is none as the nearest of the vocabulary, one slip away (two in long words);
     others as they are."""
     stem = root(word)
+    doubled = word[:-3] + word[-4:] if word.endswith("ing") else ""
+    if doubled and "v" not in dictionary().get(stem, "") and root(doubled) in vocabulary:
+        return doubled  # "runing", which has the stem of "rune"
     if (
         len(word) < LEAST_MENDED
         or not word.isalpha()

@@ -25,9 +25,13 @@ from a2v.animation.posture import SOFT_KNEE, table_of
 from a2v.errors import InputError
 from a2v.formats.gltf.reading import read_glb
 from a2v.io import atomic_path, read_bytes
+from a2v.kinematics.limbs import legs_of
 from a2v.kinematics.names import canonical_joints, missing_joints, split_side
 from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
+from a2v.motion.settling import air_seconds, rises
+from a2v.motion.smoothing import SMOOTHED
 from a2v.npm import NpmPackages
 from a2v.rendering.page import MAX_PAGE_BYTES, stage_script, viewer_script
 from a2v.rendering.stickfigure import StickSettings
@@ -123,7 +127,7 @@ def _pieces(parts: dict[str, bytes]) -> list[bytes]:
     places."""
     own = {
         name: _part(f"{name}.js").encode()
-        for name in ("random", "sample", "figure", "save", "main")
+        for name in ("random", "sample", "plant", "figure", "save", "main")
     }
     parts = parts | own | {"viewer": viewer_script().encode(), "stage": stage_script().encode()}
     words = re.split(r"\$([a-z]+)\b", _part("index.html"))
@@ -137,7 +141,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     Returns
     -------
     graph : bytes
-        ONNX, without what the file says of itself.
+        ONNX, without the description.
     guided : bool
         Whether there is the input ``guidance`` (1,) float32.
     """
@@ -177,7 +181,19 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
 def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
     said = read_metadata(model.path, (STEP_FORMAT, WINDOW_FORMAT), "motion model")
     kept = {name: said[name] for name in _KEPT if name in said and (name != "guidance" or guided)}
-    return kept | {"skeleton": _skeleton(model)}
+    return kept | {"skeleton": _skeleton(model), "feet": _feet(model)}
+
+
+def _feet(model: MotionModel) -> dict[str, Any]:
+    """Settings of `plant.js`: the legs' joints and, by action, the longest time in the air, whether
+    it goes up, and the width of its smoothing."""
+    card = model.card
+    return {
+        "legs": [list(leg) for leg in legs_of(model.skeleton)],
+        "air": [air_seconds(card, action) for action in card.actions],
+        "rises": [rises(card, action) for action in card.actions],
+        "smoothed": [SMOOTHED.get(action, 0.0) for action in card.actions],
+    }
 
 
 def _skeleton(model: MotionModel) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""One function from what is asked for, in words or as a timeline, to typed steps and what makes
+"""One function from words or a timeline to typed steps and what makes
 them: `plan_motion`.
 
 The command line, tables, the page and Python all ask it; nothing else decides which model or clip
@@ -14,7 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from a2v.errors import InputError
-from a2v.motion.catalog import NAMES, SOURCES, Understanding, catalog, understand, with_sources
+from a2v.motion.catalog import (
+    NAMES,
+    SOURCES,
+    Understanding,
+    catalog,
+    understand,
+    weaknesses,
+    with_sources,
+)
 from a2v.motion.clips import LIBRARY
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.direct import make_motion
@@ -23,6 +31,7 @@ from a2v.motion.edit import Edit
 from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.medley import make_sourced, natural_seconds
 from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
@@ -80,7 +89,7 @@ class MotionPlan:
 
     @property
     def seconds(self) -> float | None:
-        """How long it lasts by nature where no length is asked for; None for a model's actions
+        """Natural length in seconds if no length is given; None for a model's actions
         without a length of their own."""
         if self.model is not None:
             return (
@@ -105,7 +114,23 @@ class MotionPlan:
             self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source)
             for step in self.steps
         ]
-        return [f"{line} [{name}]" for line, name in zip(told, names, strict=True)]
+        weak = weaknesses()
+        notes = [
+            f"; {weak[step.action]}"
+            if step.action in weak and "cmu-fine" in (step.source, self._model_name)
+            else ""
+            for step in self.steps
+        ]
+        return [
+            f"{line} [{name}]{note}" for line, name, note in zip(told, names, notes, strict=True)
+        ]
+
+    @property
+    def _model_name(self) -> str:
+        """Name of the one model among the shipped ones; empty for others and for several
+        sources."""
+        files = {file: name for name, file in BUNDLED.items()}
+        return "" if self.model is None else files.get(self.model.path.name, "")
 
     def make(
         self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None
@@ -150,7 +175,7 @@ def plan_motion(
     timeline: str | os.PathLike[str] | None = None,
     directed: bool = False,
 ) -> MotionPlan:
-    """What is asked for as steps, and what makes them.
+    """Turn words or a timeline into steps and their sources.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The photo without the person: what stood behind is continued from what is around."""
+"""Remove the person from the photo: the background is continued from the surroundings."""
 
 from __future__ import annotations
 
@@ -13,26 +13,24 @@ SIDE = 800
 """Longest side at which the hole is filled, pixels; the photo's own grain beyond is not
 continued."""
 _SHADOW_SIDE = 200
-"""Longest side at which shadows are looked for, pixels."""
+"""Longest side at which shadows are searched, pixels."""
 _REACH = 0.28
-"""Shadows of the person are looked for up to this distance from them, as a fraction of their
-height."""
+"""Largest distance of a shadow from the person, as a fraction of their height."""
 _LIGHT = (0.3, 0.95)
-"""Share of the light that is left in a shadow: what is darker is a thing, what is lighter cannot be
-told from noise."""
+"""Range of the share of light in a shadow: darker pixels are things, lighter ones may be noise."""
 _CONTACT = 0.06
-"""So near to the person, as a fraction of their height, a shadow may be as dark as it likes."""
+"""Distance from the person, as a fraction of their height, within which a shadow may be darker."""
 _TINT = 0.07
-"""Largest standard deviation of this share over the three channels, linear RGB: a shadow has hardly
-another hue."""
+"""Largest standard deviation of this share over the three channels, linear RGB: a shadow hardly
+changes the hue."""
 
 
 def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> ByteArray:
     """Fill the place of the person, and of the shadow next to them, with pieces of the rest of the
     picture (`fill_by_patches`).
 
-    Pieces keep their structure, so that a horizon or a wall goes on behind the person, and take the
-    brightness of their surroundings.
+    Pieces keep their structure, so that a horizon or a wall continues behind the person, and take
+    the brightness of their surroundings.
 
     Parameters
     ----------
@@ -59,7 +57,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     height, width = photo.shape[:2]
     if mask.shape != (height, width):
         raise InputError(
-            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give both at one size"
+            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give "
+            "both at one size"
         )
     longest = max(height, width)
     hole = _grown(mask > 0.02, round(border * longest))
@@ -67,7 +66,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
         return photo.copy()
     if hole.mean() > 0.9:
         raise InputError(
-            "the person covers more than nine tenths of the photo, so its background is unknown; choose a color or the stage"
+            "the person covers more than nine tenths of the photo, so its background is unknown; "
+            "choose a color or the stage"
         )
     hole |= shadow_around(photo, hole)
     colors, missing = _small(photo, hole, SIDE)
@@ -84,11 +84,11 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
 
 
 def shadow_around(photo: ByteArray, hole: BoolArray) -> BoolArray:
-    """Pixels (H, W) next to the `hole` (H, W) that are darker than what lies around says: the
-    person's shadow.
+    """The person's shadow: pixels (H, W) next to the `hole` (H, W) that are darker than the
+    surroundings.
 
-    A wider hole is filled; what the photo shows darker there, without another hue and joined to the
-    person, is the shadow.
+    A wider hole is filled. Where the photo is darker than this filling, of the same hue and joined
+    to the person, there is the shadow.
     """
     import cv2
 

@@ -1,4 +1,4 @@
-"""The texture of a person: the photo where it is trusted, the colors of the vertices elsewhere."""
+"""Bake the texture of a person: trusted colors of the photo, else the colors of the vertices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
-from a2v.reconstruction.backs.labels import HAIR
+from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.face.colors import EYE, FacePaint
@@ -35,10 +35,10 @@ def bake(
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colors
-    of the mesh elsewhere.
+    """Texture (size, size, 3) uint8 and its coordinates: trusted colors of the photo, else the
+    colors of the mesh.
 
-    Of several photos each place takes the one that is trusted most there (`mixed`).
+    With several photos, each place takes the most trusted one (`mixed`).
     """
     size, vertices, faces, normals, colors = (
         atlas.size,
@@ -74,7 +74,7 @@ def bake(
             eye = kind == EYE
             trust = np.where(kind == 0, trust[:, 0], eye)[:, None]
             beyond[kind > 0] = 0.0
-        # what counts for nothing is not worked out: the photo covers a third of the texture
+        # colors of weight 0 are not computed: the photo covers a third of the texture
         asked = np.flatnonzero((trust[:, 0] > 0) | bool(others))
         sharp = np.zeros((len(corner), 3), np.float32)
         sharp[asked] = sample_image(photo.clean, pixels[asked])

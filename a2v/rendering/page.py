@@ -20,6 +20,7 @@ from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.formats.registry import CharacterFormat
 from a2v.io import atomic_path
+from a2v.props import Props
 from a2v.types import Character
 
 MAX_PAGE_BYTES = 400 << 20
@@ -133,9 +134,10 @@ def write_character_page(
     clips: Clips,
     *,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
-    """Write an HTML page that shows a character with its clips, named after them, and what its face
-    does in them.
+    """Write an HTML page that shows a character with its clips, named after them, what its face
+    does in them, and the solids of the scene.
 
     Raises
     ------
@@ -143,8 +145,9 @@ def write_character_page(
         A clip does not fit the character, or the page would be too large.
     """
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", character, clips, expressions=expressions)
-        write_page(path, Path(folder) / "character.glb", title=", ".join(clips))
+        source = Path(folder) / "character.glb"
+        write_glb(source, character, clips, expressions=expressions, props=props)
+        write_page(path, source, title=", ".join(clips))
 
 
 PAGE_FORMATS: tuple[CharacterFormat, ...] = (

@@ -21,6 +21,7 @@ from a2v.formats.registry import (
     write_character,
     writer_of,
 )
+from a2v.props import Props
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character, FloatArray
 from pipelines.answer import Answer
@@ -35,7 +36,7 @@ from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import VideoRequest
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
 
-HELP = "Make one character file with several actions: glTF, USD, FBX, VRM, or a web page that shows it."
+HELP = "Make one character file with several actions from a photo: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
@@ -63,28 +64,32 @@ class Options:
     """What the command takes."""
 
     person: PersonRequest = group(PersonRequest, "the person")
-    out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
-    actions: str = option("of the model, with commas; each becomes a clip", default="")
+    out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
+    actions: str = option(
+        "actions of the model, separated by commas; each becomes a clip", default=""
+    )
     motions: str = option(
-        f"files with commas ({readable_motions(', ')}); each becomes a clip", default=""
+        f"motion files, separated by commas ({readable_motions(', ')}); each becomes a clip",
+        default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     carrying: CarryOptions = group(CarryOptions)
-    exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
-    rigging: RigOptions = group(RigOptions, "files for other tools")
-    author: str = option("of a .vrm: who made the avatar", default="")
+    no_props: bool = flag("leave out the steps, ladder or bar of clips that climb", rare=True)
+    exact: bool = flag("write each frame of Eq. 20 as a morph target of a .glb, without bones")
+    rigging: RigOptions = group(RigOptions, "exported files")
+    author: str = option("author of the avatar; a .vrm requires it", default="")
     license_url: str = option(
-        "of a .vrm: address of the license that you grant", default="", metavar="URL"
+        "address of the license of the avatar; a .vrm requires it", default="", metavar="URL"
     )
     vrm: str = option(
-        "of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer",
+        "edition of a .vrm; 0.x for VSeeFace and other programs that do not read 1.0",
         default="1.0",
         choices=EDITIONS,
     )
     deform: DeformSettings = settings(DeformSettings, users=("method",))
-    engines: EngineOptions = group(EngineOptions, "files for other tools")
-    running: RunOptions = group(RunOptions, "how it runs")
+    engines: EngineOptions = group(EngineOptions, "exported files")
+    running: RunOptions = group(RunOptions, "execution")
 
     def motion(self, name: str, file: str | None) -> MotionRequest:
         """The motion of a clip: an action of the model, or a file."""
@@ -112,6 +117,7 @@ def run(options: Options) -> Answer:
         options.running,
         deform=options.deform if options.exact else None,
         folder=path.parent,
+        no_props=options.no_props,
     )
     if options.exact:
         name, written = next(iter(wanted)), [path]
@@ -135,6 +141,8 @@ class Animated:
         Strengths (T,) of the face's expressions by name, by clip.
     exact : array (T, V, 3)
         Eq. 20's vertices of the last clip, where they were asked for; else empty.
+    props : Props
+        Steps, ladders and bars of the clips that climb.
     notes : list of str
     """
 
@@ -142,6 +150,7 @@ class Animated:
     clips: Mapping[str, tuple[FloatArray, float]] = field(default_factory=dict)
     expressions: Strengths = field(default_factory=dict)
     exact: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
+    props: Props = field(default_factory=lambda: Props.of([]))
     notes: list[str] = field(default_factory=list)
 
 
@@ -152,6 +161,7 @@ def animate(
     *,
     deform: DeformSettings | None,
     folder: Path,
+    no_props: bool = False,
 ) -> Animated:
     """The character of a person with clips by name, each as the video has it; with `deform` the
     exact vertices too.
@@ -163,7 +173,7 @@ def animate(
         runs.
     """
     store = Store(running.cache)
-    film = FilmRequest() if deform is None else FilmRequest(deform=deform)
+    film = FilmRequest(no_props=no_props, deform=DeformSettings() if deform is None else deform)
     asked = {
         name: VideoRequest(person=person, motion=motion, film=film).resolve(store)
         for name, motion in motions.items()
@@ -174,26 +184,34 @@ def animate(
         dict[str, Mapping[str, FloatArray]](),
         list[str](),
     )
+    solids = dict[str, Props]()
     character, exact = None, np.zeros((0, 0, 3), np.float32)
     for name, resolved in asked.items():
         kept = (
             "engine_character" if deform is None else "character"
         )  # exact vertices are those of the whole character
         outcome = running.run(
-            [kept, "poses", *(["vertices"] if deform else [])],
+            [kept, "poses", *(["vertices"] if deform else ["props"])],
             resolved.parameters,
             graph=resolved.graph,
         )
         character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
-        if deform is not None:
+        if deform is None:
+            solids[name] = outcome.get("props", Props)
+        else:
             exact = np.stack(
                 [store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]]
             )
         notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
     return Animated(
-        character=character, clips=clips, expressions=expressions, exact=exact, notes=notes
+        character=character,
+        clips=clips,
+        expressions=expressions,
+        exact=exact,
+        props=Props.of_clips(solids),
+        notes=notes,
     )
 
 
@@ -212,11 +230,20 @@ def write_animated(
         )
     person, clips = rigging.prepare(animated.character, animated.clips)
     if engines.plain:
-        write_character(path, person, clips, FORMATS, expressions=animated.expressions)
+        write_character(
+            path, person, clips, FORMATS, expressions=animated.expressions, props=animated.props
+        )
         return [path]
 
     def write(target: Path, made: Character, quality: int) -> None:
-        write_glb(target, made, clips, jpeg_quality=quality, expressions=animated.expressions)
+        write_glb(
+            target,
+            made,
+            clips,
+            jpeg_quality=quality,
+            expressions=animated.expressions,
+            props=animated.props,
+        )
 
     return engines.write(path, person, write)
 
@@ -245,19 +272,19 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
         if name in wanted:
             raise InputError(
-                f"clip '{name}' is asked for twice; clips of one file need names of their own"
+                f"clip '{name}' is given twice; every clip of a file needs a different name"
             )
         wanted[name] = file
     if not wanted:
         raise InputError(
-            "no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions"
+            "no clip given; name actions with --actions (a2v actions lists them) or files with --motions"
         )
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError(
             "--exact writes one action to a .glb; leave the others out, or leave --exact out"
         )
     if options.exact and not options.rigging.plain:
-        raise InputError("--exact has no bones; leave --rig and --root-motion out")
+        raise InputError("--exact writes no bones; leave --rig and --root-motion out")
     return wanted
 
 

@@ -14,6 +14,7 @@ from a2v.animation.footing import find_props
 from a2v.animation.retarget import has_steps
 from a2v.animation.rig import SIDES, rig_of, sole_points
 from a2v.formats.gltf import write_glb
+from a2v.formats.registry import write_character
 from a2v.geometry.mesh import vertex_normals
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
@@ -97,6 +98,28 @@ def test_props_are_rendered_behind_the_surface_and_written_as_meshes_of_their_ow
     named = {node["name"]: node for node in content["nodes"]}
     assert "mesh" in named["step_1"]
     assert "skin" not in named["step_1"]
+
+
+def test_the_solids_of_several_clips_stand_in_one_scene_by_the_names_of_their_clips() -> None:
+    step = Props.of([("step", box(np.zeros(3), np.array([0.6, 0.2, 0.3])))])
+    bar = Props.of([("bar", rod(np.array([-0.5, 2, 1]), np.array([0.5, 2, 1]), 0.02))])
+    both = Props.of_clips({"Climb": step, "Walk": Props.of([]), "Hang": bar})
+    assert both.names == ("Climb_step_1", "Hang_bar_1")
+    surfaces = dict(both.surfaces())
+    np.testing.assert_array_equal(surfaces["Hang_bar_1"].vertices, bar.surfaces()[0][1].vertices)
+    assert Props.of_clips({"Climb": step}).names == ("step_1",)
+    assert Props.of_clips({"Walk": Props.of([])}).names == ()
+
+
+def test_usd_holds_props_beside_the_skinned_mesh(character: Character, tmp_path: Path) -> None:
+    usd = pytest.importorskip("pxr.Usd")
+    props = Props.of([("step", box(np.zeros(3), np.array([0.6, 0.2, 0.3])))])
+    write_character(tmp_path / "a.usdc", character, {}, props=props)
+    stage = usd.Stage.Open(str(tmp_path / "a.usdc"))
+    mesh = stage.GetPrimAtPath("/character/props/step_1")
+    assert mesh.GetTypeName() == "Mesh"
+    assert not mesh.HasRelationship("skel:skeleton")
+    assert len(mesh.GetAttribute("points").Get()) == 24
 
 
 def test_textured_surfaces_keep_their_texture() -> None:

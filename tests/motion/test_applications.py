@@ -226,7 +226,7 @@ def test_parts_of_the_body_are_scaled(model):
     assert np.allclose(ratio, expected[1:])
     motion = model.sample("slow", frames=10, seed=1, bone_scale={"legs": 1.2, "left_elbow": 0.5})
     assert np.allclose(
-        bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.card.metres_per_unit, atol=1e-5
+        bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.card.meters_per_unit, atol=1e-5
     )
     assert set(parts["arms"]) | set(parts["legs"]) | set(parts["torso"]) | set(
         parts.get("head", ())
@@ -249,7 +249,7 @@ def test_own_bones_replace_the_models(model):
     own = model.bone_lengths * np.linspace(0.8, 1.2, 20, dtype=np.float32)
     motion = model.sample("slow", frames=5, lengths=own)
     assert np.allclose(
-        bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.card.metres_per_unit, atol=1e-5
+        bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.card.meters_per_unit, atol=1e-5
     )
     assert leg_length(own, CMU) != pytest.approx(float(leg_length(model.bone_lengths, CMU)))
 

@@ -7,8 +7,9 @@ import time
 import pytest
 
 from a2v.errors import InputError
-from a2v.motion.catalog import RESEARCH, SOURCES, catalog, understand
+from a2v.motion.catalog import RESEARCH, SOURCES, catalog, understand, weaknesses
 from a2v.motion.lexicon import mended
+from a2v.motion.plan import plan_motion
 from a2v.motion.vocabulary import other_names
 from benchmarks.words import count, read_rows, today
 
@@ -19,7 +20,10 @@ def actions_of(text: str, **options: str) -> list[str]:
     return [step.action for step in understand(text, **options).steps]
 
 
-@pytest.mark.parametrize(("name", "least"), [("words.csv", 200), ("words_everyday.csv", 60)])
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [("words.csv", 200), *((f"words_{name}.csv", 60) for name in ("everyday", "fresh", "blind"))],
+)
 def test_few_of_the_prompts_are_taken_wrongly_and_most_are_served(name: str, least: int) -> None:
     resolve, actions = today()
     rows = read_rows(name)
@@ -112,3 +116,16 @@ def test_long_prompts_are_bounded(text: str) -> None:
     with pytest.raises(InputError):
         understand(text)
     assert time.process_time() - begun < 2
+
+
+def test_actions_that_cannot_be_shown_well_say_so() -> None:
+    known, weak = catalog(), weaknesses()
+    assert set(weak) <= {entry.name for entry in known.entries}
+    for name, note in weak.items():
+        assert known.entry(name).note == (
+            note if known.entry(name).sources[0] == "cmu-fine" else ""
+        )
+    (line,) = plan_motion("quail").lines()
+    assert line.endswith(weak["Quail"])
+    (line,) = plan_motion("walk").lines()
+    assert line.endswith("]")

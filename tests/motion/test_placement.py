@@ -74,7 +74,7 @@ def test_legs_that_are_not_known_are_all_bones():
 
 def test_native_joints_go_back_to_meters():
     joints = np.random.default_rng(0).normal(size=(2, 9, 20, 3)).astype(np.float32)
-    native = to_native(joints, metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
+    native = to_native(joints, meters_per_unit=0.5, signs=(1.0, -1.0, -1.0))
     assert np.allclose(
         native * 0.5 * np.float32([1, -1, -1]), joints - joints[:, :1, :1], atol=1e-6
     )

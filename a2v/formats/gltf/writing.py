@@ -21,7 +21,7 @@ from a2v.formats.gltf.document import ARRAY_BUFFER, Document
 from a2v.formats.gltf.mesh import add_mesh, split_corners
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.props import COLOR, Props
+from a2v.props import Props
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 MAX_MORPH_BYTES = 2 << 30
@@ -76,15 +76,7 @@ def write_glb(
 
 def _add_props(document: Document, props: Props) -> None:
     """Add a mesh and a node for each of the solids."""
-    for number, name in enumerate(props.names):
-        own = props.faces[props.owner == number]
-        used, faces = np.unique(own, return_inverse=True)
-        colors = np.tile(np.array(COLOR, np.float32), (len(used), 1))
-        solid = Surface(
-            vertices=props.vertices[used],
-            faces=faces.reshape(-1, 3).astype(np.int32),
-            colors=colors,
-        )
+    for name, solid in props.surfaces():
         document.json["scenes"][0]["nodes"].append(
             document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0])
         )

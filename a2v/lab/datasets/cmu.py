@@ -11,12 +11,13 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import CMU
-from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame, check_joints, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
+from a2v.lab.datasets.files import check_joints, find_source
 
 FILE_UNITS = 20.0
 """The papers divide the files' positions by this."""
 
-FRAME = NativeFrame(metres_per_unit=FILE_UNITS * 0.0254 / 0.45)
+FRAME = NativeFrame(meters_per_unit=FILE_UNITS * 0.0254 / 0.45)
 """CMU's unit is an inch over 0.45 (the data base's own note on its ASF files), so one native unit
 is 1.129 m."""
 

@@ -17,7 +17,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import NTU_VIBE
 from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, NativeFrame, check_joints
+from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
+from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import FloatArray
 
 LIST_NAME = "ntu_vibe_list.txt"
@@ -34,7 +35,7 @@ KEPT_JOINTS = (8, 1, 2, 3, 4, 5, 6, 7, 0, 9, 10, 11, 12, 13, 14, 21, 24, 38)
 """VIBE's joints by our skeleton's order: OpenPose's body with the middle of the hips first, the
 heels, the top of the head."""
 
-FRAME = NativeFrame(metres_per_unit=1.0, signs=(1.0, -1.0, -1.0))
+FRAME = NativeFrame(meters_per_unit=1.0, signs=(1.0, -1.0, -1.0))
 """VIBE's camera has y down and looks along +z."""
 
 FPS = 30.0
@@ -106,7 +107,7 @@ class _Entry:
 
 
 def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
-    """The entries of the list of that name, in its order, each checked when it is asked for."""
+    """The entries of the list of that name, in its order, each checked when it is read."""
     try:
         lines = source.read(name).decode("utf-8").splitlines()
     except UnicodeDecodeError:

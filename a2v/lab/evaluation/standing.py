@@ -1,5 +1,5 @@
-"""Do feet stand, are clips alive as recordings are, do seeds differ: every action by itself, of
-clips as the commands make them.
+"""Measure for each action how feet stand, how lively clips are and how seeds differ, on clips that
+the commands make.
 
 A foot is down while its toe is near its own lowest level, wherever that lies: a clip that floats,
 or one whose toes stand unequally high, is measured like any other
@@ -28,6 +28,7 @@ from a2v.lab.evaluation.physics import (
     jitter,
 )
 from a2v.lab.evaluation.vocabulary import ENOUGH_CLIPS, aligned_windows, repetition
+from a2v.motion.beginnings import rests
 from a2v.types import FloatArray, Motion, Progress
 
 FPS = 30.0
@@ -35,7 +36,7 @@ FPS = 30.0
 SECONDS = 5.0
 """Of a clip."""
 RECORDINGS = 12
-"""Recordings of an action that are looked at, at most: the longest tells no more than a dozen."""
+"""Largest number of recordings of an action that are measured."""
 COPY = 1e-3
 """Meters between windows, root mean square, under which two recordings are one: the data base has
 some under two numbers."""
@@ -80,6 +81,10 @@ class StandingScore:
     spread : float
         Distance between clips of different seeds over that between recordings (root mean square
         over joints, medians); None for fewer than two recordings.
+    alike : float or None
+        The same over the distance between recordings that begin as generated clips do: where the
+        person gets going. `spread` takes a random window of each recording, so that part of its
+        distance is that recordings are caught at different moments.
     nearest : float
         Median distance of a generated clip to the most similar recorded window, meters.
     """
@@ -89,6 +94,7 @@ class StandingScore:
     generated: Standing
     recorded: Standing
     spread: float | None
+    alike: float | None
     nearest: float
 
 
@@ -172,12 +178,16 @@ def _score(
         _middle(resample_motion(one.motion(index), FPS).joints, round(seconds * FPS))
         for index in range(len(one))
     ]
-    unit = np.float32(dataset.frame.metres_per_unit)
+    unit = np.float32(dataset.frame.meters_per_unit)
     windows = np.stack([_at(clip, length, dataset.fps) for clip in made]) / unit
-    spread = None
+    spread = alike = None
     if len(one) > 1:
         taken = ClipSampler(one, length).windows(np.arange(len(one)), np.random.default_rng(0))
-        spread = _apart(windows, dataset.skeleton) / max(_apart(taken, dataset.skeleton), 1e-9)
+        begun = np.stack([_begun(clip, length, dataset) for clip in one.joints])
+        spread, alike = (
+            _apart(windows, dataset.skeleton) / max(_apart(real_windows, dataset.skeleton), 1e-9)
+            for real_windows in (taken, begun)
+        )
     nearest, _ = repetition(windows, list(one.joints), dataset.skeleton)
     return StandingScore(
         action=action,
@@ -185,6 +195,7 @@ def _score(
         generated=measure([clip.joints for clip in made], FPS, dataset.skeleton),
         recorded=measure([clip for clip in real if len(clip) >= 4], FPS, dataset.skeleton),
         spread=spread,
+        alike=alike,
         nearest=nearest * float(unit),
     )
 
@@ -212,6 +223,14 @@ def _first(clip: FloatArray, length: int) -> FloatArray:
     return padded
 
 
+def _begun(clip: FloatArray, length: int, dataset: ActionDataset) -> FloatArray:
+    """The first `length` frames (length, J, 3) of a recording without the time in which the person
+    stands (`a2v.motion.beginnings.rests`)."""
+    joints = clip[None] * np.float32(dataset.frame.meters_per_unit)
+    skip = int(rests(joints, dataset.fps, len(clip))[0])
+    return _first(clip[min(skip, len(clip) - 2) :], length)
+
+
 def _at(motion: Motion, length: int, fps: float) -> FloatArray:
     """The first `length` frames (length, J, 3) of a clip at `fps`, by linear interpolation."""
     at = np.minimum(np.arange(length) * (motion.fps / fps), motion.frames - 1)
@@ -235,16 +254,18 @@ def standing_table(scores: Sequence[StandingScore]) -> str:
     """Markdown: actions by how much they slide, the worst first, and the medians of all."""
     columns = (
         "Slide cm/s", "(rec.)", "Over 30 cm/s %", "(rec.)", "Float mm", "(rec.)", "Penetration mm", "Jerk / rec.", "Speed / rec.", "Spread / rec.",
-        "Nearest cm",
+        "(begun alike)", "Nearest cm",
     )  # fmt: skip
     lines = [f"| Action | Recordings | {' | '.join(columns)} |", "|---" * (len(columns) + 2) + "|"]
     for row in sorted(scores, key=lambda score: -score.generated.slide):
         made, real = row.generated, row.recorded
-        spread = "" if row.spread is None else f"{row.spread:.2f}"
+        spread, alike = (
+            "" if value is None else f"{value:.2f}" for value in (row.spread, row.alike)
+        )
         cells = [
             f"{100 * made.slide:.0f}", f"{100 * real.slide:.0f}", f"{100 * made.fast:.0f}", f"{100 * real.fast:.0f}",
             f"{made.floating:.0f}", f"{real.floating:.0f}", f"{made.penetration:.1f}", f"{ratio(made.jerk, real.jerk):.2f}",
-            f"{ratio(made.speed, real.speed):.2f}", spread, f"{100 * row.nearest:.0f}",
+            f"{ratio(made.speed, real.speed):.2f}", spread, alike, f"{100 * row.nearest:.0f}",
         ]  # fmt: skip
         lines.append(f"| {row.action} | {row.recordings} | {' | '.join(cells)} |")
     return "\n".join([*lines, "", summary(scores)])
@@ -266,9 +287,9 @@ def summary(scores: Sequence[StandingScore]) -> str:
     ]
     jerks = [ratio(row.generated.jerk, row.recorded.jerk) for row in scores]
     speeds = [ratio(row.generated.speed, row.recorded.speed) for row in scores]
-    spreads = [
-        row.spread for row in scores if row.spread is not None and row.recordings >= ENOUGH_CLIPS
-    ]
+    judged = [row for row in scores if row.recordings >= ENOUGH_CLIPS]
+    spreads = [row.spread for row in judged if row.spread is not None]
+    alike = [row.alike for row in judged if row.alike is not None]
     worst = scores[int(np.argmax(slides))].action
     text = (
         f"Slide in contact: median {np.median(slides):.0f} cm/s (recordings {np.median(real):.0f}), at most {max(slides):.0f} ({worst}). "
@@ -279,6 +300,8 @@ def summary(scores: Sequence[StandingScore]) -> str:
     if spreads:
         text += (
             f"Seeds' spread over the recordings', {len(spreads)} actions with {ENOUGH_CLIPS} recordings or more: median {np.median(spreads):.2f}, "
-            f"{sum(value >= 0.6 for value in spreads)} of them at least .6, least {min(spreads):.2f}."
+            f"{sum(value >= 0.6 for value in spreads)} of them at least .6, least {min(spreads):.2f}; "
+            f"over recordings that begin alike: median {np.median(alike):.2f}, "
+            f"{sum(value >= 0.6 for value in alike)} at least .6, least {min(alike):.2f}."
         )
     return text

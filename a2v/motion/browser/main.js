@@ -87,6 +87,7 @@
   };
   const somebody = async () => figure.bones ? makeCharacter(stand.scene, await content("character"), figure) : makeSticks(stand.scene, { parents, ...figure });
 
+  const feet = makeFeet({ ...meta.feet, fps: meta.fps, parents });
   window.a2v = { sample: wish => sample(wish), figure: () => who, clip: async () => ({ ...clip, fps: meta.fps }) };  // for what looks into the page from outside; see sample.js and figure.js
   const wish = () => ({
     labels: [...before, { action: chosen(), seconds: seconds.value }].flatMap(part => new Array(Math.max(1, Math.round(part.seconds * meta.fps))).fill(part.action)),
@@ -99,9 +100,9 @@
     while (make.busy) await make.busy;  // one clip at a time, and of those that wait the last
     if (mine !== wanted) return;
     make.busy = sample(asking);
-    const joints = await make.busy.finally(() => { make.busy = null; });
-    const took = performance.now() - began;
+    const made = await make.busy.finally(() => { make.busy = null; });
     if (mine !== wanted) return;
+    const joints = feet(made, asking.labels), took = performance.now() - began;
     clip = { joints, parents, last: joints.length / (3 * parents.length) - 1 };
     who.begin(clip);
     if (running) now = 0;
@@ -129,7 +130,7 @@
       byId("told").textContent = `${before.length + 1} actions, made in ${Math.round(took)} ms.`;
       return;
     }
-    byId("told").textContent = `${name}, made in ${Math.round(took)} ms.` + (same ? " The same as files: " : " Guidance is not the model's own: files take what it was exported with.");
+    byId("told").textContent = `${name}, made in ${Math.round(took)} ms.` + (same ? " As a file: " : " Guidance is not the model's own: files take what it was exported with.");
     if (!same) return;
     const code = document.createElement("code");
     code.textContent = `a2v motion --model ${about.model} --action ${quoted} --seed ${asking.seed} --seconds ${Number(seconds.value)} --out clip.bvh`;

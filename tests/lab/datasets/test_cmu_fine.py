@@ -49,7 +49,7 @@ def test_the_data_under_the_table(data_dir: Path, fine: ActionDataset) -> None:
 def test_people_fall_as_fast_as_they_do(fine: ActionDataset) -> None:
     """Clips that were recorded at 60 frames a second have their true speed: whoever is in the air
     falls with 9.8 m/s^2."""
-    unit = fine.frame.metres_per_unit
+    unit = fine.frame.meters_per_unit
     for name in ("75_07", "75_10", "75_12", "75_13", "75_15", "13_40", "118_30"):
         height = fine.joints[fine.clip_names.index(name)][:, 0, 1].astype(np.float64) * unit
         fall = np.sort(np.diff(height, 2) * fine.fps**2)[:2]
@@ -59,7 +59,7 @@ def test_people_fall_as_fast_as_they_do(fine: ActionDataset) -> None:
 
 
 def test_feet_stand_equally_high(fine: ActionDataset) -> None:
-    unit = fine.frame.metres_per_unit
+    unit = fine.frame.meters_per_unit
     walks = [
         joints * unit
         for joints, label in zip(fine.joints, fine.labels, strict=True)

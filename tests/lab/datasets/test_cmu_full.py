@@ -208,7 +208,7 @@ def test_both_layouts_become_one_data_set(data_dir: Path, tmp_path: Path) -> Non
     )
     amc_clip = found.joints[found.clip_names.index("07_03")]
     assert len(amc_clip) == 60  # 240 frames at 120 Hz
-    lengths = bone_lengths(found.joints[0], CMU).mean(0) * found.frame.metres_per_unit
+    lengths = bone_lengths(found.joints[0], CMU).mean(0) * found.frame.meters_per_unit
     assert 0.3 < lengths[CMU.joint_names.index("left_knee")] < 0.55
     (tmp_path / "07" / "07.asf").unlink()
     with pytest.raises(InputError, match="no skeleton"):

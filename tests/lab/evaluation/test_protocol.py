@@ -16,17 +16,18 @@ from a2v.lab.evaluation.classifier import ActionClassifier, Evaluator
 from a2v.lab.evaluation.protocol import (
     ActionRows,
     EvaluationSettings,
-    action_table,
     evaluate,
     evaluate_actions,
-    generator_of_families,
+    report,
+)
+from a2v.lab.evaluation.scores import (
+    action_table,
     markdown_table,
     physics_table,
-    recorded,
-    report,
     scores_as_dict,
     scores_from_dict,
 )
+from a2v.lab.evaluation.sources import generator_of_families, recorded
 from a2v.motion import MotionModel
 from tests.support.motions import mirrored
 
@@ -192,7 +193,7 @@ def test_single_actions_are_compared_with_themselves_alone(setting):
 def test_physics_are_in_meters_and_beside_real_data(setting):
     dataset, evaluator = setting
     half = dataclasses.replace(
-        dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0))
+        dataset, frame=NativeFrame(meters_per_unit=0.5, signs=(1.0, -1.0, -1.0))
     )
     whole, scaled = (evaluate({"still": still(d)}, d, evaluator, SETTINGS) for d in (dataset, half))
     assert whole[0].physics.jitter > 0 == whole[1].physics.jitter
@@ -223,9 +224,12 @@ def test_families_are_asked_for_like_random_clips_of_theirs():
         for joints, length, a in zip(whole.joints, lengths, away, strict=True)
     ]
     fine = dataclasses.replace(
-        whole, actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]), joints=tuple(x.astype(np.float32) for x in turned),
+        whole,
+        actions=("stroll", "march", "hop"),
+        labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]),
+        joints=tuple(x.astype(np.float32) for x in turned),
         length=20,
-    )  # fmt: skip
+    )
     coarse = dataclasses.replace(
         whole, actions=("jump", "walk"), labels=np.array([1, 1, 1, 1, 1, 1, 0, 1])
     )

@@ -44,7 +44,7 @@ def test_actions_are_scored_beside_their_recordings() -> None:
     def make(action: str, seed: int) -> Motion:
         own = data.joints[
             int(np.flatnonzero(data.labels == data.actions.index(action))[seed % 2])
-        ] * np.float32(data.frame.metres_per_unit)
+        ] * np.float32(data.frame.meters_per_unit)
         return clip(own, data.skeleton, data.fps)
 
     scores = score_standing(make, data, clips=2, seconds=one.frames / data.fps)

@@ -40,13 +40,8 @@ def bake(
 
     With several photos, each place takes the most trusted one (`mixed`).
     """
-    size, vertices, faces, normals, colors = (
-        atlas.size,
-        mesh.vertices,
-        mesh.faces,
-        mesh.normals,
-        mesh.colors,
-    )
+    size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
+    normals, colors = mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
     borders = (
         None

@@ -214,10 +214,10 @@ axes[1].set_yscale("log")
 figure.tight_layout()
 
 # %% [markdown]
-# The learned prior follows the posterior, so its KL term falls further. With the fixed prior the
-# posterior has to come to $\mathcal N(0, I)$ in every frame, so information about the pose costs
-# more. [The research notes](../docs/research/motion-vae.md) have the difference after a longer
-# training.
+# A learned prior can follow the posterior. With the fixed prior, the posterior has to come to
+# $\mathcal N(0, I)$ in every frame, so information about the pose costs more. In a training of
+# seconds the two are still close. [The research notes](../docs/research/motion-vae.md) compare
+# longer ones: after 200 iterations of 32 the learned prior has an FID of 5.4, the fixed one 8.6.
 #
 # Does the learned prior's spread change over time? This is its mean standard deviation for windows
 # of each action, of the network that was just trained. After so few iterations it has moved by a

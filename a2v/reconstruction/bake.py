@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -17,8 +18,11 @@ from a2v.reconstruction.face.colors import EYE, FacePaint
 from a2v.reconstruction.merged import OtherPhoto, mixed
 from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
+BAND = 256
+"""Rows of the texture that are colored at once; bounds memory."""
 STRAND = 0.05
 """Largest detail of hair that is continued, sRGB."""
 
@@ -36,23 +40,20 @@ def bake(
 
     With several photos, each place takes the most trusted one (`mixed`).
     """
-    size, vertices, faces, normals, colors = (
-        atlas.size,
-        mesh.vertices,
-        mesh.faces,
-        mesh.normals,
-        mesh.colors,
-    )
+    size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
+    normals, colors = mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
     borders = (
         None
         if photo.canvas is None or continued is None
         else Borders.between(continued.labels, faces, colors, photo.known)
     )
-    for top in range(0, size, 256):
-        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
+
+    def fill(top: int) -> None:
+        """Give colors to the rows of the texture from `top` on; each band writes its own rows."""
+        rows, columns = np.nonzero(atlas.face[top : top + BAND] >= 0)
         if not len(rows):
-            continue
+            return
         rows = rows + top
         corner = faces[atlas.face[rows, columns]]
         weight = atlas.barycentric[rows, columns][..., None]
@@ -95,6 +96,9 @@ def bake(
             )
         blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
+
+    with ThreadPoolExecutor(thread_count()) as threads:
+        list(threads.map(fill, range(0, size, BAND)))
     filled_texel = _with_slivers(texture, atlas, colors[faces])
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
     index = nearest_known(filled_texel)

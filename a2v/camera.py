@@ -176,11 +176,11 @@ class PhotoCamera(Record):
         )
 
 
-def seen_from(x: Any, y: Any, z: Any, *, distance: float, pitch: Any) -> tuple[Any, Any]:
+def seen_from(x: Any, y: Any, z: Any, *, distance: Any, pitch: Any) -> tuple[Any, Any]:
     """`PhotoCamera.flatten` of offsets from `aim`, any shape, as arrays or tensors: x' and y',
     meters; z' is z.
 
-    `pitch` is a number of radians, or a tensor ().
+    `distance` is a number of meters or a tensor (), `pitch` of radians.
     """
     sine, cosine = (
         (np.sin(pitch), np.cos(pitch)) if isinstance(pitch, float) else (pitch.sin(), pitch.cos())

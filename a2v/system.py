@@ -91,6 +91,16 @@ def core_count() -> int:
     return os.cpu_count() or 1
 
 
+def thread_count() -> int:
+    """Return the number of threads for native code: OMP_NUM_THREADS if it is set, else
+    `core_count`.
+
+    Worker processes are started with OMP_NUM_THREADS=1.
+    """
+    given = os.environ.get("OMP_NUM_THREADS", "").split(",")[0].strip()
+    return max(1, int(given)) if given.isdigit() else core_count()
+
+
 def start_method() -> str:
     """How worker processes are started: from a fork server, or anew where there is none
     (Windows)."""

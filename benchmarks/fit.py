@@ -43,7 +43,8 @@ def main() -> None:
     every = list_avatars(data / "avatars")
     model, random = load_body_model(), np.random.default_rng(0)
     print(
-        "| avatar | surface, cm | joints, cm (worst) | without hips, cm | photo fit, s | surface fit, s |\n|---|---|---|---|---|---|"
+        "| avatar | surface, cm | joints, cm (worst) | without hips, cm | photo fit, s | surface "
+        "fit, s |\n|---|---|---|---|---|---|"
     )
     table = []
     for path in every[:: max(1, len(every) // options.avatars)][: options.avatars]:
@@ -90,7 +91,8 @@ def main() -> None:
         distance = 100 * result.residuals["surface_mean"]
         table.append((distance, errors.mean(), other, *seconds))
         print(
-            f"| {path.stem} | {distance:.2f} | {errors.mean():.1f} ({worst} {errors.max():.1f}) | {other:.1f} | {seconds[0]:.1f} | {seconds[1]:.1f} |",
+            f"| {path.stem} | {distance:.2f} | {errors.mean():.1f} ({worst} {errors.max():.1f}) | "
+            f"{other:.1f} | {seconds[0]:.1f} | {seconds[1]:.1f} |",
             flush=True,
         )
         assert np.isfinite(first.residuals["keypoint_mean"])

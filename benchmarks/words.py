@@ -25,7 +25,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from a2v.errors import InputError
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 
 TESTS = Path(__file__).parents[1] / "tests/motion"
 HALVES = ("development", "held-out")

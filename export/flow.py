@@ -26,7 +26,8 @@ from a2v.lab.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.tracing import to_onnx
-from export.motion import demand_temperature, describe_data
+from export.description import describe_data
+from export.motion import demand_temperature
 from export.storage import round_to_stored, save_model, shrink
 
 STEPS = 7
@@ -72,7 +73,7 @@ class WindowGraph(nn.Module):
         self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
         self.register_buffer(
             "context_basis",
-            torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()),
+            torch.from_numpy((codec.context.basis * codec.context.inverse_scale[:, None]).T.copy()),
         )
         # the fade ends before the frames that a next window continues
         fade_frames = max(

@@ -36,9 +36,11 @@ from a2v.lab.motion.fused import (
     velocity_entry,
     velocity_layers,
 )
+from a2v.lab.motion.networks import StandardNormal
 from a2v.lab.motion.vae import MotionVAE
-from a2v.motion.card import STATE_NAMES, STEP_FORMAT
+from a2v.motion.card import STATE_NAMES
 from a2v.tracing import OPSET, to_onnx
+from export.description import describe
 from export.storage import SMALLEST_HALF, round_to_stored, save_model, shrink
 
 
@@ -88,10 +90,13 @@ class StepGraph(nn.Module):
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
         context = torch.cat([poses, action, time], -1)
-        gates = nn.functional.linear(context, *prior_entry(model.prior, decoder))
-        prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
-        mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
-        latent = mean + torch.exp(0.5 * logvar) * noise
+        if isinstance(model.prior, StandardNormal):
+            latent = torch.exp(0.5 * model.prior.logvar) * noise
+        else:
+            gates = nn.functional.linear(context, *prior_entry(model.prior, decoder))
+            prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
+            mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
+            latent = mean + torch.exp(0.5 * logvar) * noise
         gates = nn.functional.linear(
             torch.cat([context, latent], -1), *generator_entry(model.generator, decoder)
         )
@@ -306,55 +311,6 @@ def sequence_model(model: MotionVAE, meters_per_unit: float) -> onnx.ModelProto:
     return result
 
 
-def describe_data(dataset: ActionDataset, *, license: str) -> dict[str, Any]:
-    """Metadata that every exported motion model has: actions, rates, skeleton, units, license."""
-    skeleton = dataset.skeleton
-    return {
-        "dataset": dataset.name,
-        "dataset_digest": dataset.digest,
-        "actions": list(dataset.actions),
-        "fps": dataset.fps,
-        "frames": dataset.length,
-        "skeleton": {
-            "name": skeleton.name,
-            "joint_names": list(skeleton.joint_names),
-            "parents": skeleton.parents.tolist(),
-            "chains": [list(chain) for chain in skeleton.chains],
-            "rest_directions": np.round(skeleton.rest_directions, 9).tolist(),
-        },
-        "bone_lengths": np.round(
-            np.median(dataset.clip_bone_lengths, axis=0).astype(float), 6
-        ).tolist(),
-        "metres_per_unit": dataset.frame.meters_per_unit,
-        "native_signs": list(dataset.frame.signs),
-        "licence": license,
-        **{
-            name: [list(texts) for texts in getattr(dataset, name)]
-            for name in ("traits", "descriptions")
-            if getattr(dataset, name)
-        },
-    }
-
-
-def describe(
-    model: MotionVAE,
-    dataset: ActionDataset,
-    *,
-    license: str,
-    extra: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """The metadata that makes the file usable alone."""
-    return describe_data(dataset, license=license) | {
-        "format": STEP_FORMAT,
-        "decoder": model.settings.decoder,
-        **({"roots": "relative"} if model.settings.relative else {}),
-        **({"root_rotation": True} if model.settings.root_rotation else {}),
-        "latent_size": model.settings.latent_size,
-        "hidden_size": model.settings.hidden_size,
-        **(extra or {}),
-    }
-
-
 def demand_temperature(temperature: float) -> None:
     """Raise InputError unless `temperature` is above 0 and at most 2."""
     if not 0 < temperature <= 2:
@@ -372,7 +328,9 @@ def cool(model: MotionVAE, temperature: float) -> MotionVAE:
     demand_temperature(temperature)
     copied = copy.deepcopy(model)
     with torch.no_grad():
-        copied.prior.logvar_net.bias.add_(2 * math.log(temperature))
+        prior = copied.prior
+        logvar = prior.logvar if isinstance(prior, StandardNormal) else prior.logvar_net.bias
+        logvar.add_(2 * math.log(temperature))
     return copied
 
 

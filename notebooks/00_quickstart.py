@@ -14,8 +14,26 @@
 # %% [markdown]
 # # From a photo and an action to a video
 #
-# Every stage once, with a picture after each. The stages are nodes of a graph (`a2v dag` draws it); `run(name, ...)` computes a node
-# and what it needs, and remembers it, so that each cell only adds its own step. Change a parameter and run the cells again: only what depends on it is computed.
+# Each stage once, with a picture after it. The stages are nodes of a graph (`a2v dag` draws it).
+# `run(name, ...)` computes a node and all that it needs, and remembers the results, so that each
+# cell only adds its own step. Change a parameter and run the cells again: only the nodes that
+# depend on it are computed.
+#
+# | stage | equation of the journal | lecture |
+# |---|---|---|
+# | photo to body | 15, 16, 18: joints and the pose prior | [06](06_fit_and_rig.ipynb) |
+# | photo to surface and colors | 14: colors that nobody saw | [05](05_photo_to_person.ipynb) |
+# | data and rotations | 3, 4, 6 | [01](01_data_and_skeletons.ipynb) |
+# | training of the motion model | 9 to 13 | [02](02_training.ipynb) |
+# | label to motion | 10, 11 | [03](03_generation_and_applications.ipynb) |
+# | surface to character | 17, 19: fit to the surface, displacements | [06](06_fit_and_rig.ipynb) |
+# | motion to vertices | 20: as rigid as possible | [07](07_animate_and_export.ipynb) |
+# | vertices to frames | | [08](08_render.ipynb) |
+# | how good is it | 21, 22, FID | [04](04_evaluation.ipynb) |
+# | training data for the networks | | [09](09_studio.ipynb) |
+# | many videos, other methods | | [10](10_batch_and_compare.ipynb) |
+#
+# [The method](../docs/method.md) tells it in one page.
 
 # %%
 import dataclasses
@@ -40,14 +58,17 @@ SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a sm
 
 # %% [markdown]
 # ## Parameters
-# Any photo of one person, seen whole and upright; any action of the model (`a2v actions`); another seed gives another performance.
+# Any photo of one person, seen whole and upright; any action of the model (`a2v actions`); another
+# seed gives another performance.
 
 # %%
 PHOTO = "../a2v/samples/person.jpg"
 ACTION = "Walk"
 SEED = 0
 FRAMES = 4 if SMALL else 48
-FILM = {"size": 64, "spp": 1, "views": ("front", "left")} if SMALL else {"size": 256}  # as on the command line
+FILM = (
+    {"size": 64, "spp": 1, "views": ("front", "left")} if SMALL else {"size": 256}
+)  # as on the command line
 
 store = Store()  # the folder of remembered results: $A2V_CACHE, else ~/.cache/a2v
 parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, **FILM)
@@ -65,7 +86,8 @@ def compute(*names):
 
 # %% [markdown]
 # ## The person in the photo
-# Landmarks and a mask of the person. `subject.warnings` would say if, for instance, the feet are outside of the photo.
+# Landmarks and a mask of the person. `subject.warnings` names problems, for instance feet outside
+# of the photo. The joints that are found here are $\hat J_{c,i}$ of Eq. 16.
 
 # %%
 subject = compute("subject").get("subject", Subject)
@@ -73,14 +95,18 @@ seen = subject.keypoints[subject.keypoints[:, 2] > 0.5]
 figure, axes = plt.subplots(1, 2, figsize=(8, 5))
 axes[0].imshow(subject.image)
 axes[0].scatter(seen[:, 0], seen[:, 1], s=12, c="tab:red")
-axes[1].imshow(subject.image * subject.mask[..., None].astype(float) / 255 + (1 - subject.mask[..., None]))
+axes[1].imshow(
+    subject.image * subject.mask[..., None].astype(float) / 255 + (1 - subject.mask[..., None])
+)
 for ax, title in zip(axes, ("landmarks", "mask"), strict=True):
     ax.set_title(title)
     ax.axis("off")
 
 # %% [markdown]
 # ## A body in the photo's pose
-# The body model's shape, pose and the photo's camera are fitted to landmarks and silhouette. The dots are the body's vertices, seen by that camera.
+# Shape $\beta$ and pose $\theta$ of the body model $\mathcal M(\beta, \theta)$ and the photo's
+# camera are fitted to landmarks and silhouette. The dots are the body's vertices, seen by that
+# camera.
 
 # %%
 fitted = compute("photo_body", "photo_camera")
@@ -89,13 +115,23 @@ pixels = camera.project(body.vertices)
 plt.figure(figsize=(4, 5))
 plt.imshow(subject.image)
 plt.scatter(pixels[:, 0], pixels[:, 1], s=0.2, c="tab:cyan")
-plt.title(f"{len(body.vertices)} vertices, {len(body.bone_names)} bones, {np.ptp(body.vertices[:, 1]):.2f} m high")
+plt.title(
+    f"{len(body.vertices)} vertices, {len(body.bone_names)} bones, "
+    f"{np.ptp(body.vertices[:, 1]):.2f} m high"
+)
 plt.axis("off")
-print({name: value for name, value in fitted.nodes["photo_body"].measures.items() if isinstance(value, float)})
+print(
+    {
+        name: value
+        for name, value in fitted.nodes["photo_body"].measures.items()
+        if isinstance(value, float)
+    }
+)
 
 # %% [markdown]
-# ## The surface with the photo's colours
-# Networks that see the photo and the fitted body give the person with clothes and hair; the unseen side is coloured by the paper's convex objective (Eq. 14).
+# ## The surface with the photo's colors
+# Networks that see the photo and the fitted body return the person with clothes and hair. The
+# unseen side is colored by the papers' convex objective (Eq. 14).
 
 # %%
 from a2v.rendering import Renderer, follow_cameras
@@ -109,11 +145,15 @@ for ax, (view, cameras) in zip(axes, still.items(), strict=True):
     ax.imshow(renderer.render(surface.vertices, cameras[0]))
     ax.set_title(view)
     ax.axis("off")
-print(f"{len(surface.vertices)} vertices, {len(surface.faces)} faces, {surface.visible.mean():.0%} of the vertices seen in the photo")
+print(
+    f"{len(surface.vertices)} vertices, {len(surface.faces)} faces, "
+    f"{surface.visible.mean():.0%} of the vertices seen in the photo"
+)
 
 # %% [markdown]
 # ## The action
-# A network of joints in motion, run by onnxruntime. Notebook 03 shows what else it can do.
+# A network turns noise and the label into joints over time, run by onnxruntime. Notebook 03 shows
+# its other uses.
 
 # %%
 from a2v.rendering.stickfigure import plot_rows
@@ -124,7 +164,8 @@ a2v.show(motion, height=360)  # drag to turn it
 
 # %% [markdown]
 # ## The motion on the body's bones
-# Retargeting carries the joints over to the character's rig and cleans the contacts up: the feet neither slide nor sink.
+# Retargeting transfers the joints to the character's rig and cleans the contacts: the feet neither
+# slide nor sink.
 
 # %%
 moved = compute("character", "poses")
@@ -134,18 +175,26 @@ plt.figure(figsize=(4, 3))
 plt.plot(path[:, 0], path[:, 2])
 plt.gca().set(xlabel="x, m", ylabel="z, m", title="path of the pelvis over the ground")
 plt.axis("equal")
-print(f"{poses.bone_transforms.shape[0]} frames of {len(character.body.bone_names)} bones at {poses.fps:g} fps")
-a2v.show(character, {ACTION: (poses.bone_transforms, poses.fps)}, height=420, small=True)  # drag to turn; a copy of few triangles
+print(
+    f"{poses.bone_transforms.shape[0]} frames of {len(character.body.bone_names)} bones "
+    f"at {poses.fps:g} fps"
+)
+a2v.show(
+    character, {ACTION: (poses.bone_transforms, poses.fps)}, height=420, small=True
+)  # drag to turn; a copy of few triangles
 
 # %% [markdown]
 # ## Frames
-# Each frame of each view is a call of its own, in worker processes; one that is finished is never rendered again.
+# Each frame of each view is a separate call in a worker process. A finished frame is never rendered
+# again.
 
 # %%
 frames = compute("frame")
 grid = frames.values["frame"]
 picks = np.linspace(0, len(grid) - 1, min(4, len(grid))).astype(int)
-figure, axes = plt.subplots(grid.shape[1], len(picks), figsize=(2.4 * len(picks), 2.4 * grid.shape[1]), squeeze=False)
+figure, axes = plt.subplots(
+    grid.shape[1], len(picks), figsize=(2.4 * len(picks), 2.4 * grid.shape[1]), squeeze=False
+)
 for row, view in zip(range(grid.shape[1]), parameters["render"].views, strict=True):
     for column, t in enumerate(picks):
         axes[row, column].imshow(store.get(grid[t, row], Image).pixels)
@@ -157,7 +206,10 @@ for row, view in zip(range(grid.shape[1]), parameters["render"].views, strict=Tr
 
 # %%
 result = compute("video", "glb", "bvh")
-print(f"character.glb {len(result.get('glb', Blob).data) / 1e6:.1f} MB, motion.bvh {len(result.get('bvh', Blob).data) / 1e3:.0f} kB")
+print(
+    f"character.glb {len(result.get('glb', Blob).data) / 1e6:.1f} MB, "
+    f"motion.bvh {len(result.get('bvh', Blob).data) / 1e3:.0f} kB"
+)
 a2v.show(bytes(result.get("video", Blob)), height=300)
 
 # %% [markdown]
@@ -174,7 +226,12 @@ a2v.show(bytes(second.get("video", Blob)), height=300)
 
 # %% [markdown]
 # ## Choose yourself
-# Action, seed and length as widgets (they need a running kernel): the button makes the motion and shows the remembered character doing it, to turn; no frames are rendered.
+# Action, seed and length as widgets (they need a running kernel). The button makes the motion and
+# shows the remembered character in 3D; no frames are rendered.
+#
+# **Exercise.** Change `SEED`, then `FILM["size"]`, and run all cells: which nodes are computed
+# again? *Answer.* The seed changes the motion and all that follows it, but not the character. The
+# size changes the frames and the video alone. The printed counts of remembered results show it.
 
 # %%
 import ipywidgets as widgets
@@ -185,12 +242,19 @@ from a2v.motion import MotionModel
 def perform(action, seed, frames):
     """Show the person of the photo doing it."""
     chosen = video_parameters(store, PHOTO, action, frames=frames, seed=seed, **FILM)
-    display(a2v.show(bytes(run("glb", store=store, **chosen).get("glb", Blob)), title=f"{action}, seed {seed}"))
+    display(
+        a2v.show(
+            bytes(run("glb", store=store, **chosen).get("glb", Blob)),
+            title=f"{action}, seed {seed}",
+        )
+    )
 
 
 _ = widgets.interact_manual(
     perform,
-    action=widgets.Dropdown(options=MotionModel.load("cmu").actions, value=ACTION, description="action"),
+    action=widgets.Dropdown(
+        options=MotionModel.load("cmu").actions, value=ACTION, description="action"
+    ),
     seed=widgets.BoundedIntText(value=SEED, min=0, max=2**32 - 1, description="seed"),
     frames=widgets.IntSlider(value=FRAMES, min=4, max=240, description="frames"),
 )

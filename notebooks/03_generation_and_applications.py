@@ -14,8 +14,10 @@
 # %% [markdown]
 # # Generation and its applications
 #
-# Everything a motion model can do, with pictures: several performances of an action, transitions, motions between two motions, futures
-# of given poses, other bodies, long sequences, and files for other tools. It needs the shipped models only.
+# A trained model turns noise and a label into motion. This lecture shows how, with and without the
+# papers' integration of global and local movement (Eq. 11), and then the applications: transitions,
+# directed motion, motions between two motions, futures of given poses, other bodies, long
+# sequences, and files for other programs. It needs the shipped models only.
 
 # %%
 import os
@@ -44,23 +46,68 @@ folder = Path(tempfile.mkdtemp(prefix="a2v-generation-"))
 model = MotionModel.load("humanact12")
 mocap = MotionModel.load("cmu")
 for each in (model, mocap):
-    print(f"{each.path.name}: {each.fps:g} fps, {each.skeleton.n_joints} joints, {each.card.licence}")
+    print(
+        f"{each.path.name}: {each.fps:g} fps, {each.skeleton.n_joints} joints, {each.card.license}"
+    )
     print("  ", ", ".join(each.actions))
 
 
 def play(motion, titles=None, name="clip.mp4"):
     """Show clips moving, beside each other."""
-    save_stick_figures(folder / name, motion, titles=titles, settings=StickSettings(size=80 if SMALL else 200))
+    save_stick_figures(
+        folder / name, motion, titles=titles, settings=StickSettings(size=80 if SMALL else 200)
+    )
     display(Video(str(folder / name), embed=True, html_attributes="controls loop autoplay muted"))
 
 
 # %% [markdown]
 # ## One action, many performances
-# The seed is the noise: the same seed gives the same motion, everywhere.
+# When motions are generated no real frame is there, so each latent vector comes from the prior
+# (Eq. 10), from a standard normal draw $\epsilon_t$:
+#
+# $$\mathbf z_t = \mu_\psi(t) + \sigma_\psi(t) \odot \epsilon_t, \qquad
+# \epsilon_t \sim \mathcal N(0, I), \qquad
+# \hat{\mathbf p}_t = \mathrm{Generator}(\mathbf z_t, \hat{\mathbf p}_{t-1}, \mathbf a, c_t).$$
+#
+# The seed is that noise: the same seed gives the same motion on every machine. All of it is one
+# ONNX graph, which loops over the frames.
 
 # %%
 jumps = model.sample("jump", count=4, seed=3, frames=12 if SMALL else 60)
 play(jumps)
+
+# %% [markdown]
+# ## With and without GLMI (Eq. 11)
+# Without it, the generator outputs rotations and the root's position side by side, and nothing ties
+# the one to the other. With it, the root's velocity is inferred from the local poses:
+#
+# $$\hat{\mathbf p}_t = \hat{\mathbf p}^o_t + \mathbf J_{0,t-1} + \hat{\mathbf V}_{0,t}, \qquad
+# \hat{\mathbf V}_{0,t} =
+# \mathrm{MLP}(\hat{\mathbf p}^o_t, \mathbf p^o_{t-1}, \mathbf h^o_t) \tag{11}$$
+#
+# The paths are of walks, seen from above. Without GLMI the root shakes from frame to frame; summed
+# velocities are smooth. The number in each title is the root's mean acceleration over the ground.
+# GLMI does *not* make feet stand: the printed number is the speed of the lower foot relative to the
+# root's, and 0 would be a foot that holds. Feet are held afterwards (notebook 07).
+
+# %%
+NAMES = ("humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")  # or "humanact12-plain"
+walkers = {name: MotionModel.load(name) for name in NAMES}
+figure, axes = plt.subplots(1, len(NAMES), figsize=(3.2 * len(NAMES), 2.8), squeeze=False)
+for ax, (name, one) in zip(axes[0], walkers.items(), strict=True):
+    clips = one.sample("walk", count=4 if SMALL else 12, seed=0)
+    ground = clips.root[..., [0, 2]]
+    shake = np.linalg.norm(np.diff(ground, n=2, axis=1), axis=-1).mean() * clips.fps**2
+    feet = clips.joints[:, :, list(one.skeleton.feet)]
+    lower = feet[..., 1].argmin(-1)[..., None]
+    both = np.linalg.norm(np.diff(feet[..., [0, 2]], axis=1), axis=-1)
+    speed = np.take_along_axis(both, lower[:, 1:], axis=2).mean()
+    travel = np.linalg.norm(np.diff(ground, axis=1), axis=-1).mean()
+    print(f"{name}: the lower foot moves at {speed / travel:.2f} of the root's speed")
+    for path in ground:
+        ax.plot(*path.T, lw=1)
+    ax.set(title=f"{name}: {shake:.1f} m/s²", xlabel="x, m", ylabel="z, m", aspect="equal")
+figure.tight_layout()
 
 # %% [markdown]
 # ## Every action once
@@ -70,51 +117,89 @@ each = sample_each(model, matching_actions(model, "*"), frames=12 if SMALL else 
 play(each, titles=list(model.actions))
 
 # %% [markdown]
-# Models of fine-grained actions have several labels of a kind: there `matching_actions(model, "lift_dumbbell*")` are its kinds, and
+# Models of fine-grained actions have several labels of one kind. There,
+# `matching_actions(model, "lift_dumbbell*")` returns all of them, and
 # `a2v motion --action 'lift_dumbbell*'` shows them beside each other.
 #
 # ## Transitions
-# Another action from some frame on; two or three in turn (journal paper, Sec. 5.1.4).
+# The label $\mathbf a$ changes at some frame; the recurrent states stay (journal, Sec. 5.1.4).
 
 # %%
 two = mocap.sample(["Walk", "Dance"], frames=120, seed=2)
 three = mocap.sample(["Walk", "Jump", "Dance"], frames=150, seed=2)
-display(plot_rows([two, three], titles=["Walk, Dance", "Walk, Jump, Dance"], poses=10, settings=LOOK))
+display(
+    plot_rows([two, three], titles=["Walk, Dance", "Walk, Jump, Dance"], poses=10, settings=LOOK)
+)
 
 # %% [markdown]
-# ## Directed
-# Along a path over the ground (points, `.csv`, `.yaml` or `.svg`: `read_path`), through given poses, with a hand that is held. `a2v motion` calls it
-# `--path`, `--keyframes`, `--start-pose`, `--end-pose`, `--heading` and `--hold`.
+# ## Directed motion
+# Along a path over the ground (points, `.csv`, `.yaml` or `.svg`: `read_path`), through given
+# poses, or with a hand held in place. The options of `a2v motion` are `--path`, `--keyframes`,
+# `--start-pose`, `--end-pose`, `--heading` and `--hold`.
 
 # %%
 fine = MotionModel.load("cmu-fine")
 path = GroundPath(np.array([[0, 0], [0, 2], [2, 2], [2, 4.0]]))
-walked = make_motion(fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=Direction(path=path))
+walked = make_motion(
+    fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=Direction(path=path)
+)
 goal = fine.sample("Walk", frames=40, seed=5).joints[30]
 goal = goal - goal[0] * (1, 0, 1) + (0.5, 0, 3)
 keyed = Direction(
-    keyframes=(Keyframe(time=3, joints=goal),), holds=(Hold(joint="left_wrist", start=1, end=2, at=(0.25, 0.3, 0.35), body=True),)
+    keyframes=(Keyframe(time=3, joints=goal),),
+    holds=(Hold(joint="left_wrist", start=1, end=2, at=(0.25, 0.3, 0.35), body=True),),
 )
 carried = make_motion(fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=keyed)
 for motion, title in ((walked, "along a path"), (carried, "to a pose, a hand held")):
     display(plot_path(motion, poses=8, title=title, settings=LOOK))
-print(f"the pose is missed by {100 * np.linalg.norm(carried.joints[36] - goal, axis=-1).max():.1f} cm")
+print(
+    f"the pose is missed by {100 * np.linalg.norm(carried.joints[36] - goal, axis=-1).max():.1f} cm"
+)
 
 # %% [markdown]
 # ## Between two motions
-# From the noise of one motion to that of another, on the great circle (Sec. 5.1.3). The first poses go smoothly from one to the other,
-# and each row is a motion of its own.
+# From the noise $\epsilon_1$ of one motion to that of another, $\epsilon_2$ (Sec. 5.1.3). On a
+# straight line the middle would be shorter than any noise that the model has seen, so the way is
+# the great circle. With the angle $\Omega$ between the two:
+#
+# $$\epsilon(s) = \frac{\sin((1-s)\,\Omega)}{\sin\Omega}\,\epsilon_1
+# + \frac{\sin(s\,\Omega)}{\sin\Omega}\,\epsilon_2$$
+
+# %%
+first, second = np.random.default_rng(0).normal(size=(2, 1800))
+omega = np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))
+s = np.linspace(0, 1, 41)[:, None]
+straight = (1 - s) * first + s * second
+circle = (np.sin((1 - s) * omega) * first + np.sin(s * omega) * second) / np.sin(omega)
+plt.figure(figsize=(5, 2.2))
+for way, name in ((straight, "straight line"), (circle, "great circle")):
+    plt.plot(s, np.linalg.norm(way, axis=1), label=name)
+plt.gca().set(xlabel="s", ylabel="length of the noise", ylim=(0, None))
+plt.legend(fontsize=8)
+
+# %% [markdown]
+# The first poses go smoothly from one motion to the other, and each row is a separate motion:
 
 # %%
 between = interpolate(model, "lift_dumbbell", seeds=(1, 4), rows=3 if SMALL else 5)
-display(plot_rows(between, titles=[f"{share:.0%}" for share in np.linspace(0, 1, len(between.joints))], poses=7, settings=LOOK))
-steps = np.linalg.norm(np.diff(between.joints[:, 0] - between.root[:, :1], axis=0), axis=-1).mean(-1)
+display(
+    plot_rows(
+        between,
+        titles=[f"{share:.0%}" for share in np.linspace(0, 1, len(between.joints))],
+        poses=7,
+        settings=LOOK,
+    )
+)
+steps = np.linalg.norm(np.diff(between.joints[:, 0] - between.root[:, :1], axis=0), axis=-1).mean(
+    -1
+)
 print("mean distance of the first poses from row to row, m:", np.round(steps, 3))
 
 # %% [markdown]
 # ## Futures of given poses
-# The first poses are fixed, and the model goes on from them, differently for every noise (Sec. 5.1.5). They may come from a file
-# (`a2v motion --start FILE`), of any person's skeleton; the futures have the body of the start. The black line is what was given.
+# The first poses are given, and the model continues them, differently for each noise (Sec. 5.1.5).
+# They may come from a file of any person's skeleton (`a2v motion --start FILE`); the futures have
+# the body of the start. The black line is the given part.
 
 # %%
 start = mocap.sample("Walk", frames=14, seed=13)
@@ -125,17 +210,22 @@ for i in range(3):
 
 # %% [markdown]
 # ## Other bodies
-# Bone lengths enter in the forward kinematics: any bone can be longer or shorter (conference paper, Sec. 4.2.6). Longer legs take longer steps.
+# Bone lengths are an input of Eq. 6, so any bone can be longer or shorter (conference, Sec. 4.2.6).
+# GLMI sees the longer legs in $\hat{\mathbf p}^o_t$ and takes longer steps.
 
 # %%
 bodies = {"own": 1.0, "child": 0.65, "long legs": {"legs": 1.4}, "long arms": {"arms": 1.6}}
-people = [mocap.sample("Walk", seed=9, frames=12 if SMALL else 60, bone_scale=scale) for scale in bodies.values()]
+people = [
+    mocap.sample("Walk", seed=9, frames=12 if SMALL else 60, bone_scale=scale)
+    for scale in bodies.values()
+]
 display(plot_rows(people, titles=list(bodies), poses=7, settings=LOOK))
 play(people, titles=list(bodies))
 
 # %% [markdown]
 # ## Long sequences
-# Windows continue one another. A slope of the floor in every window would add up, so the floor is levelled; bones cannot change at all.
+# Windows continue one another. A slope of the floor in each window would add up, so the floor is
+# leveled. Bones cannot change at all.
 
 # %%
 long = mocap.sample("Walk", frames=600, count=8, seed=1)
@@ -145,25 +235,51 @@ head = (long.joints[..., long.joint_names.index("head"), 1] - long.joints[..., 1
 figure, axes = plt.subplots(1, 3, figsize=(12, 2.6))
 time = np.arange(600) / long.fps
 for ax, values, title in zip(
-    axes, (speed, low, head), ("speed of the joints, m/s", "lowest joint, m", "head over the lowest joint, m"), strict=True
+    axes,
+    (speed, low, head),
+    ("speed of the joints, m/s", "lowest joint, m", "head over the lowest joint, m"),
+    strict=True,
 ):
     ax.plot(time[: len(values)], values)
     ax.set(title=title, xlabel="s", ylim=(0, None) if title != "lowest joint, m" else (-0.5, 0.5))
 figure.tight_layout()
-print(f"bone lengths vary by {np.ptp(bone_lengths(long.joints, mocap.skeleton)[..., 1:], axis=1).max():.0e} m")
+print(
+    "bone lengths vary by "
+    f"{np.ptp(bone_lengths(long.joints, mocap.skeleton)[..., 1:], axis=1).max():.0e} m"
+)
 
 # %% [markdown]
 # ## Files
-# `a2v motion` does all of this on the command line. `--native` writes what the papers' classifiers expect: the data set's own frame and unit.
+# `a2v motion` does all of this on the command line. `--native` writes the data set's own frame and
+# unit, which the papers' classifiers expect.
 
 # %%
 commands = [
     ["--action", "Walk,Jump", "--frames", "90", "--out", folder / "walk-jump.bvh"],
-    ["--model", "humanact12", "--action", "jump", "--count", "20", "--native", "--out", folder / "jumps.npz"],
+    [
+        "--model",
+        "humanact12",
+        "--action",
+        "jump",
+        "--count",
+        "20",
+        "--native",
+        "--out",
+        folder / "jumps.npz",
+    ],
 ]
 for command in commands:
-    subprocess.run([sys.executable, "-m", "pipelines", "motion", *map(str, command)], check=True, cwd="..", capture_output=True)
-    print("a2v motion", " ".join(map(str, command[:-1])), f"{command[-1].name}: {command[-1].stat().st_size / 1e3:.0f} kB")
+    subprocess.run(
+        [sys.executable, "-m", "pipelines", "motion", *map(str, command)],
+        check=True,
+        cwd="..",
+        capture_output=True,
+    )
+    print(
+        "a2v motion",
+        " ".join(map(str, command[:-1])),
+        f"{command[-1].name}: {command[-1].stat().st_size / 1e3:.0f} kB",
+    )
 with np.load(folder / "jumps.npz") as native:
     print(
         {name: native[name].shape for name in ("joints", "labels")},
@@ -172,14 +288,37 @@ with np.load(folder / "jumps.npz") as native:
     )
 
 # %% [markdown]
-# The same model file works without this project: `export/sample.py` needs numpy and onnxruntime only.
+# The same model file works without this project: `export/sample.py` needs numpy and onnxruntime
+# only.
 
 # %%
-script = ["../export/sample.py", str(model.path), "--action", "throw", "--frames", "60", "--out", str(folder / "throw.bvh")]
-print(subprocess.run([sys.executable, *script], check=True, capture_output=True, text=True).stdout.strip().split("/")[-1])
+script = [
+    "../export/sample.py",
+    str(model.path),
+    "--action",
+    "throw",
+    "--frames",
+    "60",
+    "--out",
+    str(folder / "throw.bvh"),
+]
+print(
+    subprocess.run([sys.executable, *script], check=True, capture_output=True, text=True)
+    .stdout.strip()
+    .split("/")[-1]
+)
 
 # %% [markdown]
 # ## In the browser
-# `a2v motion --page motions.html` writes one file that samples the model in the browser, without server or network: actions to search, seed, length and
-# guidance to choose, played by sticks or by a character (`write_motion_page` of `a2v.motion.page`; [the page](../docs/motion_page.md)). A seed makes the
-# same motion there as here.
+# `a2v motion --page motions.html` writes one file that samples the model in the browser, without
+# server or network: actions to search, seed, length and guidance to choose, played by sticks or by
+# a character (`write_motion_page` of `a2v.motion.page`; [the page](../docs/motion_page.md)). A seed
+# makes the same motion there as here.
+#
+# **Exercise 1.** In the cell on GLMI, add `"humanact12-plain"`. Which of its failures do the
+# numbers not show? **Exercise 2.** Interpolate on the straight line instead: scale `circle` by the
+# length of `straight`. Why are the motions in the middle more alike and slower?
+#
+# *Answers.* 1: bones that change their length; `bone_lengths(clips.joints, one.skeleton)` shows it.
+# 2: shorter noise is a lower temperature: $\mathbf z_t$ stays closer to the prior's mean, which is
+# the typical motion.

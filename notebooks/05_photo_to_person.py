@@ -14,10 +14,12 @@
 # %% [markdown]
 # # One photo to a person in 3D
 #
-# Pixel-aligned implicit functions (PIFuHD's geometry, PIFu's colour), guided by a fitted body, and the unseen side's colours by Eq. 14.
-# `docs/reconstruction.md` tells the details and the measurements.
+# A photo shows half of a person. This lecture follows how the other half is found: a function in
+# space whose zero set is the surface, and a convex objective for the colors that nobody saw
+# (Eq. 14). [Reconstruction](../docs/reconstruction.md) has the details and the measurements.
 
 # %%
+import dataclasses
 import os
 import warnings
 
@@ -41,17 +43,25 @@ SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a sm
 SIZE = 128 if SMALL else 320
 
 # %% [markdown]
-# ## The photo, the person in it, and the body that was fitted
-# Keypoints and mask come from perception, the body from `fit_body`: it is the *guide*, since one photo says little about depth.
+# ## The photo, the mask and the guide
+# Keypoints and mask come from perception, the body from `fit_body` (notebook 06). One photo says
+# little about depth, so the body is the *guide* of all networks that follow.
 
 # %%
-outcome = run(["subject", "photo_body", "photo_camera"], store=Store(), **photo_parameters(Store(), "../a2v/samples/person.jpg"))
+outcome = run(
+    ["subject", "photo_body", "photo_camera"],
+    store=Store(),
+    **photo_parameters(Store(), "../a2v/samples/person.jpg"),
+)
 subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
 camera = outcome.get("photo_camera", PhotoCamera)
-body, camera = flattened(body, camera), camera.flat  # as the photo's orthographic view would show the body
+body, camera = (
+    flattened(body, camera),
+    camera.flat,
+)  # as the photo's orthographic view would show the body
 model = ImplicitModel.load()
 person = model.see(subject, body, camera)
-print({name: model.metadata[name] for name in ("format", "licence")})
+print("weights:", model.metadata["format"])
 
 
 def show(pictures, titles, **options):
@@ -69,20 +79,26 @@ inside = guide[8][..., None] > 0
 
 
 def as_color(normals):
-    """Unit normals (3, H, W) as colours."""
+    """Unit normals (3, H, W) as colors."""
     return np.clip(normals.transpose(1, 2, 0) / 2 + 0.5, 0, 1)
 
 
 show(
-    [frame.image, frame.mask, np.where(inside, as_color(guide[:3]), 1), np.where(inside, as_color(guide[3:6]), 1)],
+    [
+        frame.image,
+        frame.mask,
+        np.where(inside, as_color(guide[:3]), 1),
+        np.where(inside, as_color(guide[3:6]), 1),
+    ],
     ["photo", "mask", "guide, front", "guide, back"],
     cmap="gray",
 )
 
 # %% [markdown]
 # ## The body map
-# What stands behind the landmarks: of each pixel of a small square around the person, what place of the body it shows (x, y and z as colours), how
-# deep the front lies there, and how far off that may be. The fit holds its body to 500 of these pixels (`docs/perception.md`).
+# One network describes every pixel of a small square around the person: which place of the body it
+# shows (x, y and z as colors), how deep the front lies there, and the expected error of that
+# depth. The fit compares its body with 500 of these pixels ([perception](../docs/perception.md)).
 
 # %%
 found = subject.bodymap
@@ -98,9 +114,9 @@ show(
 )
 
 # %% [markdown]
-# ## What the first network sees
-# Normals and depth of the front, and of the back that nobody saw, at a quarter of the frame's resolution; the fine level sharpens the normals from
-# the photo at full resolution.
+# ## Normals and depths
+# The first network predicts normals and depth of the front, and of the back that nobody saw, at a
+# quarter of the frame's resolution. The second sharpens the normals at full resolution.
 
 # %%
 seen = guide[9][..., None] < 0
@@ -116,54 +132,181 @@ show(
     ["normals, front", "normals, back", "fine, front", "fine, back"],
 )
 show(
-    [np.where(seen[..., 0], value, np.nan) for value in (maps[6], maps[7], maps[6] - guide[6], maps[6] - maps[7])],
+    [
+        np.where(seen[..., 0], value, np.nan)
+        for value in (maps[6], maps[7], maps[6] - guide[6], maps[6] - maps[7])
+    ],
     ["depth, front", "depth, back", "front - guide's", "thickness"],
     cmap="viridis",
 )
 
 # %% [markdown]
-# ## The field
-# A signed distance at any point of space: here a slice through the chest, seen from above (the photo's camera is at the top).
+# ## The pixel-aligned function
+# A surface of unknown shape can be written as the zero set of a function $f$ of space. A
+# *pixel-aligned* function (Saito et al., 2019) looks at the photo for each point $X$: the features
+# $F$ of the pixel $\pi(X)$ that shows it, and its depth $z(X)$, go into a small network $g$:
+#
+# $$f(X) = g\big(F(\pi(X)),\, z(X)\big), \qquad \text{surface} = \{X : f(X) = 0\}.$$
+#
+# All points behind one pixel have the same features, so depth alone tells front from back. Ours is
+# a signed distance, and its depth is measured from the guide. Here is a slice through the chest,
+# seen from above; the photo's camera is at the top. Change `LEVEL` to cut elsewhere.
 
 # %%
-height = float(np.quantile(body.vertices[:, 1], 0.72))
+LEVEL = 0.72  # height of the slice as a share of the body's
+height = LEVEL * float(body.vertices[:, 1].max())
 across, deep = np.meshgrid(np.linspace(-0.45, 0.45, 160), np.linspace(0.3, -0.3, 107))
 middle = person.middle
-points = np.stack([across + body.vertices[:, 0].mean(), np.full_like(across, height), deep + middle], axis=-1).reshape(-1, 3)
+points = np.stack(
+    [across + body.vertices[:, 0].mean(), np.full_like(across, height), deep + middle], axis=-1
+).reshape(-1, 3)
 values = person.distance(points).reshape(across.shape)
 bare, _ = person.guide.at(points - np.array([0, 0, middle]))
 plt.figure(figsize=(6, 3.4))
 plt.imshow(np.clip(values, -0.1, 0.1), extent=(-0.45, 0.45, -0.3, 0.3), cmap="RdBu_r")
-plt.colorbar(label="metres")
+plt.colorbar(label="meters")
 plt.contour(across, deep, values, [0.0], colors="k")
 plt.contour(across, deep, bare.reshape(across.shape), [0.0], colors="tab:green", linewidths=0.8)
 plt.title("field (black: its surface; green: the guide)", fontsize=9)
 # %% [markdown]
-# ## The surface, and its colours
-# Marching cubes coarse to fine, one closed piece. Colours: the photo where it saw the surface, Eq. 14 elsewhere; beside it what the front mirrored and the
-# network alone would give, and the `body-prior` backend.
+# ## The surface and its colors
+# Marching cubes turns the field into triangles, coarse to fine, one closed piece. The photo colors
+# the side that it shows. Three ways to color the rest stand beside each other, and the
+# `body-prior` backend, which uses no network.
 
 # %%
 surface = implicit_surface(
-    subject, body, camera, settings=ImplicitSettings(resolution=200 if SMALL else 320, vertices=25_000 if SMALL else 36_000)
+    subject,
+    body,
+    camera,
+    settings=ImplicitSettings(resolution=200 if SMALL else 256, vertices=25_000),
 )
 made = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
-pushed = Reconstruction(surface=body_prior_surface(subject, body, camera), backend="body-prior", from_body=True)
+pushed = Reconstruction(
+    surface=body_prior_surface(subject, body, camera), backend="body-prior", from_body=True
+)
 ours = color_by_photo(made, subject, body, camera)
 looks = {
     "ours": ours,
-    "network's colours": color_by_network(made, subject, body, camera),
+    "network's colors": color_by_network(made, subject, body, camera),
     "front mirrored": color_mirrored(made, subject, body, camera),
     "body-prior": color_by_photo(pushed, subject, body, camera),
 }
 print({name: round(float(value), 4) for name, value in ours.provenance["eq14"].items()})
 for azimuth, side in ((0, "front"), (180, "back")):
-    show([preview_surface(one, azimuth=azimuth, size=SIZE) for one in looks.values()], [f"{name}, {side}" for name in looks])
-show([preview_surface(ours, azimuth=turn, size=SIZE, style=PreviewStyle(plain=True)) for turn in (0, 90, 180, 270)], ["front", "left", "back", "right"])
+    show(
+        [preview_surface(one, azimuth=azimuth, size=SIZE) for one in looks.values()],
+        [f"{name}, {side}" for name in looks],
+    )
+show(
+    [
+        preview_surface(ours, azimuth=turn, size=SIZE, style=PreviewStyle(plain=True))
+        for turn in (0, 90, 180, 270)
+    ],
+    ["front", "left", "back", "right"],
+)
 
 # %% [markdown]
-# Turn it with the mouse:
+# ## Colors that nobody saw (Eq. 14)
+# Let $O$ be the vertices that the photo does not show, $c^p_x$ a guessed color of vertex $x$ (a
+# network's) and $\mathcal N_x$ its neighbors on the surface:
+#
+# $$\min_c \sum_{x \in O} \Big[\lVert c_x - c^p_x\rVert_2 + \lambda_{nn} \frac{1}{|\mathcal N_x|}
+# \sum_{x' \in \mathcal N_x} \lVert c_x - c_{x'}\rVert_2\Big] \tag{14}$$
+#
+# The first term keeps the guess, the second makes neighbors agree, also across the border to what
+# the photo shows. In a *transition band* along that border only the second term counts. The norms
+# are not squared, which matters: on a line of 60 vertices, of which the photo shows the left
+# third, a wrong guess bleeds into its neighbors with squares and stays alone, or vanishes, with
+# norms.
 
 # %%
-mesh = trimesh.Trimesh(ours.vertices, ours.faces, vertex_colors=(ours.colors * 255).astype(np.uint8), process=False)
+from scipy.spatial import cKDTree
+
+from a2v.reconstruction.equation14 import ColorProblem, color_objective, solve_colors
+
+LAMBDA = 1.0
+line = np.arange(60)
+guess = np.repeat(np.where(line < 40, 0.3, 0.8)[:, None], 3, axis=1)
+guess[28] = 1.0  # the wrong guess
+known = np.where(line[:, None] < 20, 0.5, guess)
+free = line >= 20
+beside = np.stack([np.maximum(line - 1, 0), np.minimum(line + 1, 59)], axis=1)
+problem = ColorProblem(prior=guess, neighbors=beside, free=free, band=line < 22, lambda_nn=LAMBDA)
+norms = solve_colors(known, problem).colors
+# the same with squares: one linear system
+system, right = np.eye(60), known[:, 0].copy()
+for x in line[free]:
+    own = 0.0 if problem.band[x] else 1.0
+    system[x] = 0
+    system[x, x] = own
+    right[x] = own * guess[x, 0]
+    for other in beside[x]:
+        # the pair counts at both of its ends
+        system[x, x] += LAMBDA
+        system[x, other] -= LAMBDA
+squares = np.linalg.solve(system, right)
+plt.figure(figsize=(7, 2.4))
+plt.plot(line, known[:, 0], "k:", label="photo, then the guess alone (no second term)")
+plt.plot(line, squares, label="squared norms")
+plt.plot(line, norms[:, 0], label="Eq. 14")
+plt.axvspan(20, 22, color="0.9")
+plt.legend(fontsize=7, loc="lower right")
+plt.gca().set(xlabel="vertex", ylabel="gray level", ylim=(0, 1.1))
+print(
+    "objective of Eq. 14:",
+    round(color_objective(norms, problem), 3),
+    "of the guess:",
+    round(color_objective(known, problem), 3),
+)
+
+# %% [markdown]
+# The same on the person: the network's colors are the guess, the photo's colors are fixed. Without
+# the second term, colors jump at the border of what the photo shows. The printed number is the
+# jump.
+
+# %%
+guessed = looks["network's colors"]
+neighbors = cKDTree(ours.vertices).query(ours.vertices, k=11)[1][:, 1:]  # ten, as in the paper
+hidden = ~ours.visible
+near = hidden[neighbors].mean(axis=1)
+band = hidden & (near < 0.9)  # a neighbor is seen
+given = np.where(hidden[:, None], guessed.colors, ours.colors)
+versions = {"first term alone": given}
+for strength in (1.0, 10.0):
+    whole = ColorProblem(
+        prior=given, neighbors=neighbors, free=hidden, band=band, lambda_nn=strength
+    )
+    solved = solve_colors(given, whole, max_iterations=50 if SMALL else 300, tolerance=1e-3)
+    versions[f"lambda {strength:g}"] = solved.colors
+chest = ours.vertices.mean(0) + np.array([0, 0.25, 0])
+close = {"azimuth": 95, "center": chest, "extent": 0.9, "size": SIZE}
+plain = dataclasses.replace(ours, uv=None, texture=None)
+pictures = [
+    preview_surface(
+        dataclasses.replace(plain, colors=np.clip(colors, 0, 1).astype(np.float32)), **close
+    )
+    for colors in versions.values()
+]
+show(pictures, list(versions))
+for name, colors in versions.items():
+    step = np.linalg.norm(colors[band] - colors[neighbors[band]].mean(axis=1), axis=1).mean()
+    print(f"{name}: {step:.3f} between a vertex of the band and the mean of its neighbors")
+
+# %% [markdown]
+# **Exercise 1.** In the line above, move the wrong guess into the transition band
+# (`guess[20] = 1.0`). What remains of it, and why? **Exercise 2.** Let `LAMBDA` grow to 10, then to
+# 30. What happens to the step at vertex 40, with squares and with norms?
+#
+# *Answers.* 1: nothing: in the band the first term does not count, so guesses there are not read.
+# 2: with squares it gets softer and softer. With norms it costs `LAMBDA` times its height, and
+# removing it means changing the 20 vertices to its right by that height. So it stays sharp up to
+# `LAMBDA = 20` and then vanishes at once.
+#
+# ## To turn with the mouse
+
+# %%
+mesh = trimesh.Trimesh(
+    ours.vertices, ours.faces, vertex_colors=(ours.colors * 255).astype(np.uint8), process=False
+)
 trimesh.Scene(mesh).show(viewer="jupyter")

@@ -3,6 +3,7 @@ fails."""
 
 from __future__ import annotations
 
+import ctypes
 import importlib.util
 import os
 import platform
@@ -48,10 +49,11 @@ def run_checks(cache: str | None = None) -> Iterator[Check]:
     """Every check in turn; one that raises is one that fails. `cache` is the store's folder, as
     everywhere."""
     needed: dict[str, tuple[Callable[[], Check], str]] = {
+        "libraries": (check_libraries, "install the system libraries that the message names"),
         "weights": (check_weights, "install a2v again: its wheel holds them"),
         "person": (
             check_person,
-            "install mediapipe 0.10.21 and the libraries that scripts/setup.sh names (libgl1, libegl1)",
+            "pip install mediapipe==0.10.21",
         ),
         "body": (check_body, "pip install anny==0.6.2"),
         "renderer": (check_renderer, "pip install 'mitsuba>=3.9.1,<3.10'"),
@@ -76,6 +78,40 @@ def run_checks(cache: str | None = None) -> Iterator[Check]:
             yield Check(name=name, status="fails", about=told, advice=advice)
     yield check_browser()
     yield from check_extras()
+
+
+LIBRARIES = {
+    "libusb-1.0.so.0": "libusb-1.0-0",
+    "libGL.so.1": "libgl1",
+    "libEGL.so.1": "libegl1",
+    "libX11.so.6": "libx11-6",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libSM.so.6": "libsm6",
+    "libXext.so.6": "libxext6",
+    "libOpenGL.so.0": "libopengl0",
+    "libatomic.so.1": "libatomic1",
+}
+"""Libraries of the system that wheels need on Linux (open3d, opencv, mediapipe, pymeshlab, drjit),
+and the Debian package of each. Desktops have them; a bare server or container does not."""
+
+
+def check_libraries() -> Check:
+    """The libraries of the system that wheels do not bring are there."""
+    lost = []
+    for name in LIBRARIES if sys.platform.startswith("linux") else ():
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            lost.append(name)
+    if lost:
+        packages = " ".join(LIBRARIES[name] for name in lost)
+        return Check(
+            name="libraries",
+            status="fails",
+            about=f"the system lacks {', '.join(lost)}",
+            advice=f"apt-get install --no-install-recommends {packages} (Debian's names)",
+        )
+    return Check(name="libraries", status="works", about="those that wheels do not bring")
 
 
 def check_weights() -> Check:

@@ -27,11 +27,11 @@ class EngineOptions:
     """Copies for other distances, and smaller files."""
 
     lods: str = option(
-        "further .glb files beside it of so many triangles each, with commas (NAME_lod1.glb...)",
+        "numbers of triangles, separated by commas; each gives a coarser copy NAME_lod1.glb...",
         default="",
     )
     compress: str = option(
-        "smaller .glb by npm's glTF Transform: meshopt, or draco (the shape alone)",
+        "compress a .glb with glTF Transform (npm): meshopt, or draco (compresses the shape only)",
         default="none",
         choices=("none", "meshopt", "draco"),
     )
@@ -54,7 +54,9 @@ class EngineOptions:
         if self.plain:
             return
         if path.suffix.lower() != ".glb":
-            raise InputError(f"--lods and --compress are of .glb files; {path} is another kind")
+            raise InputError(
+                f"--lods and --compress apply to .glb files, not to {path}; write a .glb or leave them out"
+            )
         self.levels()
         if self.compress != "none":
             demand_compression()
@@ -70,7 +72,7 @@ class EngineOptions:
         parts = [part.strip() for part in self.lods.split(",") if part.strip()]
         if bad := [part for part in parts if not part.isdigit()]:
             raise InputError(
-                f"--lods has '{bad[0]}'; expected numbers of triangles with commas, such as 15000,8000"
+                f"--lods contains '{bad[0]}'; expected numbers of triangles separated by commas, such as 15000,8000"
             )
         return [EngineSettings(triangles=int(part)).triangles for part in parts]
 

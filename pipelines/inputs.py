@@ -76,21 +76,24 @@ class RunOptions:
     """Where and how a graph runs."""
 
     executor: ExecutorName = option(
-        "where frames are computed", default="local", choices=EXECUTORS, rare=True
+        "program that distributes the computation of frames",
+        default="local",
+        choices=EXECUTORS,
+        rare=True,
     )
-    workers: int | None = option("processes; one a core by default", default=None)
+    workers: int | None = option("number of processes (default: one per core)", default=None)
     address: str | None = option(
-        "of a Dask scheduler or a Ray cluster; without it one is started here",
+        "address of a Dask scheduler or a Ray cluster (default: start one on this machine)",
         default=None,
         rare=True,
     )
     cache: str | None = option(
-        "folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)",
+        "folder of cached results (default: $A2V_CACHE, else ~/.cache/a2v)",
         default=None,
         metavar="FOLDER",
         rare=True,
     )
-    quiet: bool = flag("no progress bars")
+    quiet: bool = flag("show no progress bars")
 
     def run(
         self,

@@ -23,14 +23,16 @@ class FilmedOptions:
     """A video that gives the motion."""
 
     from_video: str | None = option(
-        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...)", default=None, metavar="FILE"
+        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a folder",
+        default=None,
+        metavar="FILE",
     )
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
 
 @dataclass(frozen=True)
 class Made:
-    """A motion, what is to be told of it, and its facts."""
+    """A motion, the notes for the user, and its facts."""
 
     motion: Motion
     notes: Sequence[str] = ()
@@ -40,8 +42,8 @@ class Made:
 def follow_video(
     filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]
 ) -> Made:
-    """The motion of a video in the tempo of `edit`, all of it where no length is asked for.
-    `others`: options that are given and not of a video.
+    """The motion of a video in the tempo of `edit`; the whole video if no length is given.
+    `others`: given options that do not belong to a video.
 
     Raises
     ------

@@ -27,8 +27,8 @@ class PageOptions:
 
 
 def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> Answer:
-    """Write the page; it begins with the plan's action, seed and length. `others`: options that are
-    given and not a page's.
+    """Write the page; it begins with the plan's action, seed and length. `others`: given options
+    that do not belong to a page.
 
     Raises
     ------

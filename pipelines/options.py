@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 import re
 import shutil
 import typing
@@ -24,6 +23,13 @@ from jsonargparse import _loaders_dumpers, _paths
 from a2v.errors import A2VError, InputError
 from a2v.io import brief, read_bytes, shorten
 from a2v.plain_yaml import PlainLoader
+from pipelines.arguments import (
+    check_numbers,
+    check_typed,
+    gather_repeated,
+    of_no_kind,
+    with_hyphens,
+)
 from pipelines.field_docs import field_docs, summary
 
 T = TypeVar("T")
@@ -36,7 +42,7 @@ _MAX_SETTINGS_BYTES = 1 << 20
 def _settings_text(path: _paths.Path) -> str:
     """The text of a file of settings: regular, short, UTF-8."""
     if path.absolute in ("-", "/dev/stdin"):
-        raise InputError("- would read what is typed; give a YAML file")
+        raise InputError("- would read standard input; give a YAML file")
     data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
     try:
         return data.decode("utf-8-sig")
@@ -125,7 +131,7 @@ class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpF
         super().__init__(prog, **(given | {"max_help_position": 30, "width": width}))  # type: ignore[no-untyped-call]  # of jsonargparse
 
     def _format_action_invocation(self, action: argparse.Action) -> str:
-        return _with_hyphens(super()._format_action_invocation(action)).replace(" \b", "")
+        return with_hyphens(super()._format_action_invocation(action)).replace(" \b", "")
 
     def _get_help_string(self, action: argparse.Action) -> str:
         text = action.help or ""
@@ -152,28 +158,28 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     InputError
         Unknown, missing or malformed options.
     """
-    given = _gathered(kind, [_with_underscores(argument) for argument in arguments])
+    given = gather_repeated(kind, [_with_underscores(argument) for argument in arguments])
     level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
     parser = _parser(kind, f"a2v {command}", about, examples, level)
-    _check_typed(kind, given)
+    check_typed(kind, given)
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if level else given))
     except argparse.ArgumentError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         lines = (
-            [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"]
+            [f"{lines[0].partition(':')[0]}: {of_no_kind(str(error))}"]
             if "of the Union subtypes" in str(error)
             else lines
         )
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
-        raise InputError(f"{_with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
+        raise InputError(f"{with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise
     except Exception as error:  # of a --config that is no text, too deep, or means something else
         raise InputError(
             f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help"
         ) from None
-    _check_numbers(found)
+    check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
         raise InputError("json is no setting of a file; give --json on the command line")
     return _made(kind, found)
@@ -184,88 +190,12 @@ def actions_of(kind: type) -> list[argparse.Action]:
     documents them."""
     actions = list(_parser(kind, "a2v", "", "", level=2)._actions)
     for action in actions:
-        action.option_strings = [_with_hyphens(name) for name in action.option_strings]
+        action.option_strings = [with_hyphens(name) for name in action.option_strings]
     return [
         action
         for action in actions
         if "--print-config" not in action.option_strings and action.dest != "help"
     ]
-
-
-def _of_no_kind(text: str) -> str:
-    """What to say where a value is of none of an option's types."""
-    given = re.search(r"Given value: (.*)", text)
-    kind = next(
-        (
-            words
-            for name, words in (("int", "a whole number"), ("float", "a number"))
-            if f"<class '{name}'>" in text
-        ),
-        "another value",
-    )
-    return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
-
-
-def _gathered(kind: type, given: Sequence[str]) -> list[str]:
-    """The arguments with what is given a second time and on, of options that have a field for it,
-    as that field's value."""
-    result = list(given)
-    for name, field in _with_more(kind):
-        places = [
-            place
-            for place, argument in enumerate(result)
-            if argument == f"--{name}" or argument.startswith(f"--{name}=")
-        ]
-        extra = list[str]()
-        for place in reversed(places[1:]):
-            together = "=" in result[place]
-            extra[:0] = (
-                [result[place].partition("=")[2]] if together else result[place + 1 : place + 2]
-            )
-            del result[place : place + (1 if together else 2)]
-        if extra:
-            result += [f"--{field}", ",".join(extra)]
-    return result
-
-
-def _with_more(kind: type) -> Iterator[tuple[str, str]]:
-    """Names of a dataclass' options that may be given again, and of the fields that the rest goes
-    to."""
-    for item in dataclasses.fields(kind):
-        if "group" in item.metadata:
-            yield from _with_more(typing.get_type_hints(kind)[item.name])
-        elif more := (item.metadata.get("option") or {}).get("more"):
-            yield item.name, more
-
-
-def _check_typed(kind: type, given: Sequence[str]) -> None:
-    """Demand that no file of settings is what is typed."""
-    names = {"--config", *_settings_of(kind)}
-    for place, argument in enumerate(given):
-        name, together, value = argument.partition("=")
-        if name in names and (value if together else given[place + 1 : place + 2]) in ("-", ["-"]):
-            raise InputError(f"{name} - would read what is typed; give a YAML file")
-
-
-def _settings_of(kind: type) -> Iterator[str]:
-    """The options of a dataclass that take a file of settings."""
-    for item in dataclasses.fields(kind):
-        if "settings" in item.metadata:
-            yield f"--{item.name}"
-        elif "group" in item.metadata:
-            yield from _settings_of(typing.get_type_hints(kind)[item.name])
-
-
-def _check_numbers(found: jsonargparse.Namespace) -> None:
-    """Demand that every number is finite, and that every option which is a seed lies where numpy
-    and the renderer take it."""
-    for name, value in found.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{_with_hyphens(f'--{name}')} is {value}; expected a finite number")
-        if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
-            raise InputError(
-                f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}"
-            )
 
 
 def _parser(
@@ -313,7 +243,7 @@ def _parser(
         else action.dest
         for action in needed
     ]
-    parser.usage = " ".join([prog, *map(_with_hyphens, shown), "[options]"]).replace("%", "%%")
+    parser.usage = " ".join([prog, *map(with_hyphens, shown), "[options]"]).replace("%", "%%")
     return parser
 
 
@@ -418,27 +348,23 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
             if isinstance(value, list) and not item.metadata.get("option", {}).get(
                 "many"
             ):  # argparse's answer to --x=--
-                raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one")
+                raise InputError(f"{with_hyphens(f'--{item.name}')} has no value; give one")
             if (
                 value is None
                 and item.default is not None
                 and type(None) not in typing.get_args(hints[item.name])
             ):  # "name:" in a file
                 raise InputError(
-                    f"{_with_hyphens(f'--{item.name}')} has no value; give one, or leave it out"
+                    f"{with_hyphens(f'--{item.name}')} has no value; give one, or leave it out"
                 )
             if hints[item.name] is str and not isinstance(value, str):  # "name: 1" in a file
                 raise InputError(
-                    f"{_with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks"
+                    f"{with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks"
                 )
             values[item.name] = (
                 tuple(value) if isinstance(value, list) and "option" in item.metadata else value
             )
     return kind(**values)
-
-
-def _with_hyphens(text: str) -> str:
-    return re.sub(r"--[\w.]+", lambda name: name[0].replace("_", "-"), text)
 
 
 def _with_underscores(argument: str) -> str:

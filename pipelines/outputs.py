@@ -93,11 +93,16 @@ def write_early_page(outcome: Outcome, folder: Path) -> Path:
 
 
 def write_shared(
-    folder: Path, *, animation: str | None, megabytes: float, sheet: bool
+    folder: Path,
+    *,
+    animation: str | None,
+    megabytes: float,
+    sheet: bool,
+    caption: Sequence[str] = (),
 ) -> list[Path]:
     """Beside the ``video.mp4`` of `folder`: ``video.gif`` or ``video.webp`` of at most `megabytes`,
-    and ``sheet.png``, twelve of its frames."""
-    from a2v.rendering import contact_sheet, probe_video, read_video, write_within
+    and ``sheet.png``, twelve of its frames with the lines of `caption` below them."""
+    from a2v.rendering import contact_sheet, probe_video, read_video, with_caption, write_within
 
     source, written = folder / "video.mp4", []
     if animation is not None:
@@ -116,10 +121,9 @@ def write_shared(
         labels = [f"{index / info.fps:.2f} s" for index in frames]
         columns = 3 if info.width < 2 * info.height else 1 if info.width > 3 * info.height else 2
         written.append(folder / "sheet.png")
+        picture = contact_sheet(list(frames.values()), cols=columns, labels=labels)
         with atomic_path(written[-1]) as temporary:
-            Pillow.fromarray(
-                contact_sheet(list(frames.values()), cols=columns, labels=labels)
-            ).save(temporary)
+            Pillow.fromarray(with_caption(picture, caption)).save(temporary)
     return written
 
 

@@ -20,9 +20,9 @@ from a2v.types import Character, FloatArray, Motion
 from pipelines.nodes.values import Poses
 from pipelines.options import flag, option
 
-RIG = f"bones of the files for other tools: {', '.join(RIGS)}"
-ROOT_MOTION = "a root on the ground carries travel and heading, the hips the rest"
-VISEMES = "15 shapes of speech beside the face's 52, by these names: oculus or vrchat; rig: those of the rig (talkinghead has Oculus')"
+RIG = f"bones of exports: {', '.join(RIGS)}"
+ROOT_MOTION = "add a root bone on the ground that carries travel and heading"
+VISEMES = "add 15 visemes with the names of oculus or vrchat; rig: those of the rig (talkinghead has Oculus')"
 """What the options of the same names say."""
 
 
@@ -102,7 +102,7 @@ def check_avatar(options: RigOptions) -> None:
     """
     if options.rig not in (OWN_RIG, "vrm"):
         raise InputError(
-            f"a .vrm has the rig vrm, not {options.rig}; leave --rig out, or write a .glb"
+            f"a .vrm requires the rig vrm, given was {options.rig}; leave --rig out, or write a .glb"
         )
     if options.root_motion:
         raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")

@@ -52,7 +52,9 @@ def made(tmp_path_factory):
 
 @pytest.mark.slow
 def test_the_page_has_every_methods_videos_and_the_same_frames(made):
-    folder, _ = made
+    folder, result = made
+    for number, method in enumerate(METHODS, 1):
+        assert f"method {number} of {len(METHODS)}: {method}\n" in result.stderr
     page = (folder / "sheet.html").read_text()
     assert re.findall("<th class=m>(.*?)</th>", page) == list(METHODS) * (1 + len(VIEWS))
     films = re.findall('<video[^>]*src="(.*?)"', page)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,18 @@ def test_every_extra_is_looked_for():
         "optional-dependencies"
     ]
     assert set(checks.EXTRAS) == set(declared) - {"dev"}
+
+
+def test_libraries_of_the_system_that_are_missing_are_named_with_their_packages(monkeypatch):
+    """A tool installed by uv or pipx has no setup.sh: the doctor says the same."""
+    script = (ROOT / "scripts" / "setup.sh").read_text()
+    named = dict(re.findall(r"^(?:libraries=')?(lib\S+\.so\.\d+) ([\w.-]+)'?$", script, re.M))
+    assert named == checks.LIBRARIES
+    monkeypatch.setattr(checks.sys, "platform", "linux")
+    monkeypatch.setattr(checks, "LIBRARIES", {"libnone.so.7": "libnone7"})
+    told = checks.check_libraries()
+    assert (told.status, told.name) == ("fails", "libraries")
+    assert "libnone.so.7" in told.about
+    assert "apt-get install --no-install-recommends libnone7" in told.advice
+    monkeypatch.setattr(checks.sys, "platform", "darwin")
+    assert checks.check_libraries().status == "works"

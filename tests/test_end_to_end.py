@@ -397,8 +397,8 @@ def test_several_actions_come_in_one_file(made, tmp_path):
     ("words", "message"),
     [
         (["--out", "c.stl", "--actions", "Walk"], "cannot write c.stl"),
-        (["--out", "c.glb"], "no clip asked for"),
-        (["--out", "c.glb", "--actions", "Walk,Walk"], "asked for twice"),
+        (["--out", "c.glb"], "no clip given"),
+        (["--out", "c.glb", "--actions", "Walk,Walk"], "is given twice"),
         (["--out", "c.usdz", "--actions", "Walk", "--exact"], "--exact"),
         (["--out", "c.glb", "--actions", "walnut"], "nearest are"),
     ],

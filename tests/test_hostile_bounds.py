@@ -19,10 +19,10 @@ import pytest
 from a2v.errors import InputError
 from a2v.formats.gltf import read_glb
 from a2v.io import write_npz
-from a2v.lab.datasets.base import MAX_ARCHIVE_BYTES, FileSource
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.datasets.files import MAX_ARCHIVE_BYTES, FileSource
 from a2v.lab.evaluation.classifier import load_evaluator
 from a2v.lab.papers.checkpoints import read_state
-from a2v.lab.runs import read_checkpoint
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.motion.card import read_card
 from a2v.motion.ways import MAX_METRES, read_path

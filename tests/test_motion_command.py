@@ -187,7 +187,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(
     name, data_dir, tmp_path
 ):
     from a2v.lab.evaluation.classifier import load_evaluator
-    from a2v.lab.evaluation.protocol import generator_of
+    from a2v.lab.evaluation.sources import generator_of
 
     model = MotionModel.load(name)
     frames, count = model.card.frames, 60

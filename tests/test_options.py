@@ -148,9 +148,9 @@ def test_the_videos_help_fits_a_screen(capsys, monkeypatch):
         for title in (
             "the person",
             "the motion",
-            "how it is filmed",
-            "files for other tools",
-            "how it runs",
+            "the film",
+            "exported files",
+            "execution",
         )
     )
     assert "--help-lab" in users

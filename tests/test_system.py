@@ -139,3 +139,15 @@ def test_windows_gets_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
     system.end_group(7, hard=False)
     system.link_folder(Path("a"), Path("b"))
     assert ended == [["taskkill", "/T", "/F", "/PID", "7"], ["cmd", "/c", "mklink", "/J", "a", "b"]]
+
+
+@pytest.mark.parametrize(("given", "expected"), [("1", 1), ("3", 3), ("2,1", 2), ("0", 1)])
+def test_threads_as_the_environment_gives_them(monkeypatch, given, expected):
+    monkeypatch.setenv("OMP_NUM_THREADS", given)
+    assert system.thread_count() == expected
+
+
+@pytest.mark.parametrize("given", ["", "many"])
+def test_threads_without_a_number_are_the_cores(monkeypatch, given):
+    monkeypatch.setenv("OMP_NUM_THREADS", given)
+    assert system.thread_count() == system.core_count()

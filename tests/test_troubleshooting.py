@@ -16,7 +16,7 @@ SOURCES = {
     "a2v/body/confidence.py": ["doubts"],
     "a2v/body/together.py": ["doubts_of"],
     "a2v/footage/remarks.py": ["unseen_parts", "told_pieces", "told_reel"],
-    "a2v/perception/locate.py": ["locate"],
+    "a2v/perception/locate.py": ["_search"],
     "a2v/perception/person.py": ["_warn"],
     "a2v/reconstruction/canonical/face.py": ["SMALL_FACE", "TURNED_FACE"],
     "a2v/rendering/variant.py": ["choose_variant"],

@@ -110,21 +110,13 @@ def bind(
     InputError
         The surface is empty, or nowhere near the body.
     """
-    from scipy.spatial import cKDTree
-
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
-    if len(vertices) == 0 or len(faces) == 0:
-        raise InputError("the surface is empty; reconstruct it first")
     body_vertices = body.vertices.astype(np.float64)
+    tree_distance = _distances(vertices, faces, body_vertices)
     normals, body_normals = (
         vertex_normals(vertices, faces),
         vertex_normals(body_vertices, body.faces.astype(np.int64)),
     )
-    tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
-    if (away := float(np.median(tree_distance))) > 0.5:
-        raise InputError(
-            f"the surface is {away:.2f} m away from the body; fit the body to it first"
-        )
     present = np.unique(body.parts.astype(np.int64))
     asked = (
         np.zeros((len(vertices), len(present)), bool)
@@ -159,6 +151,21 @@ def bind(
         },
     )
     return _with_own_parts(bound)
+
+
+def _distances(vertices: FloatArray, faces: IntArray, body_vertices: FloatArray) -> FloatArray:
+    """Distance (V,) of each vertex of a surface from the nearest vertex of the body, meters; raises
+    InputError where the surface is empty or far away."""
+    from scipy.spatial import cKDTree
+
+    if len(vertices) == 0 or len(faces) == 0:
+        raise InputError("the surface is empty; reconstruct it first")
+    distances = np.asarray(cKDTree(body_vertices).query(vertices)[0])
+    if (away := float(np.median(distances))) > 0.5:
+        raise InputError(
+            f"the surface is {away:.2f} m away from the body; fit the body to it first"
+        )
+    return distances
 
 
 def _with_own_parts(character: Character) -> Character:

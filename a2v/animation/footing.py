@@ -10,8 +10,8 @@ import numpy as np
 
 from a2v.animation.curves import runs, speed_of
 from a2v.animation.rig import SIDES, joints_of, place, rig_of, sole_points
+from a2v.kinematics.foot_contacts import steps_under
 from a2v.kinematics.ground import yaw_to_rotmat
-from a2v.kinematics.planting import steps_under
 from a2v.props import Props, box, rod
 from a2v.types import Body, BoolArray, FloatArray
 

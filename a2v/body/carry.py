@@ -1,4 +1,4 @@
-"""A fitted body carried over to another body model: the same person in the same pose."""
+"""Carry a fitted body over to another body model: the same person in the same pose."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class _Unknowns:
 
 @dataclass(frozen=True, eq=False)
 class _Goal:
-    """What the body is brought to: its bones (n,) to the joints (n, 3), meters, and the compared
-    vertices (m,) to their nearest points."""
+    """Targets of the body: joints (n, 3), meters, for its bones (n,), and nearest points for the
+    compared vertices (m,)."""
 
     bones: Tensor
     joints: Tensor
@@ -59,7 +59,7 @@ def carry_over(
     Parameters
     ----------
     model : BodyModel
-        Its `joint_bones` say which joints both have.
+        Its `joint_bones` name the joints that both have.
     source : Body
         A body of the default model, such as `fit_body`'s.
     count : int

@@ -1,4 +1,4 @@
-"""Keeps limbs out of the torso: balls along the bones that must not overlap."""
+"""Keep limbs out of the torso: balls along the bones must not overlap."""
 
 from __future__ import annotations
 

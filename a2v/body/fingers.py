@@ -1,5 +1,5 @@
-"""Fingers of a fitted body bent as the photo shows them; the fit itself knows hands by three
-landmarks, and leaves fingers straight."""
+"""Bend the fingers of a fitted body as in the photo. The fit itself uses three landmarks per hand
+and leaves fingers straight."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _THUMB_TIP = (-0.3, 0.2, 1.2, 0.35)
 _TURN = (-0.7, 0.0, 0.7, 0.25)
 """Of the whole hand about the wrist's three axes."""
 _LAST = 0.6
-"""A finger's last joint bends by so much of the middle one."""
+"""Bend of a finger's last joint as a fraction of the middle one's."""
 _PARALLEL = (0.14, 0.03, -0.08, -0.2)
 """By so much, radians, relaxed fingers from the index to the little one turn towards each other:
 the body's are spread."""
@@ -46,8 +46,8 @@ hand's size."""
 
 
 def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
-    """The body with fingers bent, and hands turned about the wrist, as the landmarks of
-    ``subject.hands`` are; relaxed where there are none.
+    """Bend the fingers and turn the hands about the wrist by the landmarks ``subject.hands``; hands
+    without landmarks are relaxed.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
 
 
 class _Hand:
-    """One hand of Anny: its bones, its axes at the fitted pose, and what its angles are.
+    """One hand of Anny: its bones, its axes at the fitted pose, and its angles.
 
     Angles (18,): the hand's turn (3), of index to little finger each knuckle, middle joint and
     spread, then the thumb inwards, across and its tip.
@@ -139,7 +139,7 @@ class _Hand:
         return out, center + (tips - center) @ back
 
     def points(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
-        """Where mediapipe's 21 landmarks (K, 21, 3) are with each of angles (K, 18)."""
+        """Positions of mediapipe's 21 landmarks (K, 21, 3) at each of angles (K, 18)."""
         out, tips = self._posed(transforms, angles)
         heads = out[..., :3, 3]
         rows = [heads[:, [self.wrist]]]
@@ -148,7 +148,7 @@ class _Hand:
         return np.concatenate(rows, axis=1)
 
     def solved(self, transforms: FloatArray, seen: FloatArray | None) -> FloatArray:
-        """Angles (18,) that bring the landmarks to where they are `seen` (21, 3), and else stay
+        """Angles (18,) that bring the landmarks to the places `seen` (21, 3), and otherwise stay
         near a relaxed hand's."""
         from scipy.optimize import least_squares
 
@@ -174,8 +174,8 @@ class _Hand:
             )
 
         def slopes(unknowns: FloatArray) -> FloatArray:
-            """Forward differences (m, 21), all at once: a hand of many angles takes little longer
-            than one."""
+            """Forward differences (m, 21), all at once: many hands take little longer than
+            one."""
             changed = misses(
                 np.concatenate([unknowns[None], unknowns + _STEP * np.eye(len(unknowns))])
             )
@@ -196,7 +196,7 @@ class _Hand:
 
 
 def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArray:
-    """Where the landmarks (21, 4) are, meters (21, 3): their depths are relative to the wrist,
+    """Positions (21, 3) of the landmarks (21, 4), meters: their depths are relative to the wrist,
     whose z is `depth`."""
     return camera.unproject(
         landmarks[:, :2].astype(np.float64),

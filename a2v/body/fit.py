@@ -19,13 +19,14 @@ from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
 from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
+from a2v.body.second_photo import best_side, heading
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
 from a2v.body.stray import agrees_better, mend_doubtful, mend_strays
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
-from a2v.body.view import View
+from a2v.body.view import View, field_of_view
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
@@ -45,10 +46,12 @@ class FitResult:
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident
         keypoints), ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, meters),
-        ``camera`` (distance and height, meters, pitch, degrees, and why the distance is believed),
+        ``camera`` (distance and height, meters; pitch and field of view across the photo's longer
+        side, degrees; and the source of the distance),
         ``loss`` (by term), ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`:
-        expected error in depth, meters); with a surface also ``surface_mean`` (meters, from the
-        surface to the body); with a model of one's own ``carried_over`` (meters, mean distance from
+        expected error in depth, meters) and ``second_photo`` (of `SIDES`: from where a second photo
+        would add the most); with a surface also ``surface_mean`` (meters, from the
+        surface to the body); with a custom model ``carried_over`` (meters, mean distance from
         its skin to the fitted one).
     """
 
@@ -59,8 +62,8 @@ class FitResult:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by
-    the clock, twice the processor's time)."""
+    """Limit PyTorch to one thread: the fit's tensors are small, so that a second thread doubles the
+    processor time and saves no wall time."""
     import torch
 
     before = torch.get_num_threads()
@@ -107,7 +110,7 @@ def fit_body(
         Fewer than four confident keypoints, or a surface without its camera.
     """
     settings = settings or FitSettings()
-    wanted = load_body_model(settings.model)  # a wrong file is told before the fit
+    wanted = load_body_model(settings.model)  # refuses a wrong file before the fit begins
     model = load_body_model()
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
@@ -147,7 +150,7 @@ def _carried(result: FitResult, model: BodyModel) -> FitResult:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """One fit: the model, what it is fitted to, how, and whom to tell about the progress."""
+    """One fit: the model, the evidence, the settings and a callback for the progress."""
 
     model: AnnyModel
     evidence: Evidence
@@ -160,7 +163,7 @@ class Fit:
         return self.settings.rounds + 3
 
     def to_photo(self) -> FitResult:
-        """The fit to keypoints and silhouette; where it looks wrong, the best of more starts."""
+        """Fit to keypoints and silhouette; if the result looks wrong, try more starts."""
         objective = self._objective()
         guess = first_guess(objective, self.model, self.evidence)
         self.progress(2, self.total)
@@ -180,27 +183,27 @@ class Fit:
         return best
 
     def _objective(self) -> Objective:
-        """What the fit to the photo minimizes, with no silhouette matched yet."""
+        """The objective of the fit to the photo, without silhouette matches."""
         return Objective(self.model, self.evidence, self.settings)
 
     def _expecting(self, result: FitResult) -> FitResult:
-        """The same with the errors in depth that are expected of its limbs."""
+        """The same with the expected errors in depth of its limbs, and the best second photo."""
         overlap = result.residuals.get("silhouette_iou", 0.8)
-        errors = limb_errors(
-            self._landmarks(result.body), self.evidence, result.camera.scale, overlap
-        )
-        return dataclasses.replace(result, residuals={**result.residuals, "limb_errors": errors})
+        landmarks = self._landmarks(result.body)
+        errors = limb_errors(landmarks, self.evidence, result.camera.scale, overlap)
+        expected = {"limb_errors": errors, "second_photo": best_side(errors, heading(landmarks))}
+        return dataclasses.replace(result, residuals={**result.residuals, **expected})
 
     def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
-        """The fit, or one from a start with some limbs bent otherwise (None: there is none), if
-        that agrees better with the photo."""
+        """A fit from `start`, in which some limbs are bent differently, if it agrees better with
+        the photo; otherwise, or without a start, the fit so far."""
         if start is None:
             return best
         found = dataclasses.replace(self, progress=_silent).refined(start)
         return found if agrees_better(found.residuals, best.residuals) else best
 
     def _search(self, best: FitResult, objective: Objective) -> FitResult:
-        """The best of a fit and of those that start from poses of the bank."""
+        """The best of a fit and of fits that start from poses of the bank."""
         quiet = dataclasses.replace(self, progress=_silent)
         if guess := guess_by_landmarks(
             objective, self.model, self.evidence, starts=self.settings.starts
@@ -217,7 +220,7 @@ class Fit:
         return best
 
     def refined(self, unknowns: Unknowns) -> FitResult:
-        """The fit to keypoints and silhouette from one start; the body is put on the ground."""
+        """Fit to keypoints and silhouette from one start; the body is put on the ground."""
         objective = self._objective()
         done = 0
         if self.evidence.mask is not None and len(self.evidence.mask.contour):
@@ -233,18 +236,20 @@ class Fit:
             unknowns, "silhouette"
         )  # before the body moves to its place on the ground
         camera = self._ground(unknowns, objective.space)
+        if self.evidence.distance_spread > 0:
+            camera = dataclasses.replace(camera, source=f"{self.evidence.view.source}, and the fit")
         return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
     def to_surface(self, unknowns: Unknowns, surface: Surface, camera: PhotoCamera) -> FitResult:
-        """The fit to keypoints and surface, in the surface's frame (Eq. 15)."""
+        """Fit to keypoints and surface, in the surface's frame (Eq. 15)."""
         samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
         objective = Objective(self.model, self.evidence, self.settings, surface=samples)
         unknowns.fix_camera(camera)
         previous, done = np.inf, 0
         for done in range(1, self.settings.rounds + 3):
-            first = (
-                done <= 2
-            )  # "during the first two iterations we only consider the joints and the pose regularization"
+            # "during the first two iterations we only consider the joints and the pose
+            # regularization"
+            first = done <= 2
             if not first:
                 objective.renew_surface(unknowns)
             value = objective.minimize(
@@ -260,7 +265,7 @@ class Fit:
 
     def _ground(self, unknowns: Unknowns, space: PoseSpace) -> PhotoCamera:
         """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera
-        that sees it where it was."""
+        in which it stays in the same place of the photo."""
         import torch
 
         camera = unknowns.camera()
@@ -283,8 +288,7 @@ class Fit:
         found: Mapping[str, Any],
         samples: SurfaceSamples | None = None,
     ) -> FitResult:
-        """The body at `unknowns`, and how well it agrees with the evidence; `found` goes to the
-        residuals as it is."""
+        """The body at `unknowns` and its residuals; `found` is copied into the residuals."""
         shape = unknowns.shape.detach()
         angles = unknowns.angles.detach().numpy().astype(np.float32)
         standing = self.model.rest(shape)[0]
@@ -303,7 +307,7 @@ class Fit:
         residuals = {
             **self._landmark_errors(body, camera, height),
             "height": height,
-            "camera": _told(camera),
+            "camera": _reported(camera, self.evidence.photo),
             **found,
         }
         if (mask := self.evidence.mask) is not None:
@@ -352,14 +356,14 @@ class Fit:
         }
 
 
-def _told(camera: PhotoCamera) -> dict[str, Any]:
-    """What the report says of a camera."""
-    perspective = (
-        {"height": camera.height, "pitch": float(np.degrees(camera.pitch))}
-        if camera.distance > 0
-        else {}
-    )
-    return {"distance": camera.distance, **perspective, "distance_from": camera.source}
+def _reported(camera: PhotoCamera, photo: tuple[float, float]) -> dict[str, Any]:
+    """The report's entry about a camera that took a photo of `photo` pixels (width, height)."""
+    found: dict[str, Any] = {"distance": camera.distance, "distance_from": camera.source}
+    if camera.distance > 0:
+        pitch = float(np.degrees(camera.pitch))
+        angle = field_of_view(camera, max(photo))
+        found |= {"height": camera.height, "pitch": pitch, "field_of_view": angle}
+    return found
 
 
 def unknowns_of(result: FitResult) -> Unknowns:

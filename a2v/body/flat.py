@@ -1,5 +1,5 @@
-"""A body as the photo's orthographic camera sees it, where the photo's own camera is a perspective
-one."""
+"""A body in the frame of the photo's orthographic camera, if the photo's own camera is a
+perspective one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def flattened(body: Body, camera: Camera) -> Body:
     """The body in the frame of ``camera.flat``: skin and joints are moved (`PhotoCamera.flatten`),
     bones keep their directions.
 
-    It is what stages that look through ``camera.flat`` compare with; it must not be posed.
+    Stages that look through ``camera.flat`` compare with it; it must not be posed.
     """
     transforms = body.bone_transforms.copy()
     transforms[:, :3, 3] = camera.flatten(transforms[:, :3, 3])

@@ -1,4 +1,4 @@
-"""Where the 33 BlazePose landmarks and the usual joint names lie on a body."""
+"""Positions of the 33 BlazePose landmarks and the usual joints on a body."""
 
 from __future__ import annotations
 
@@ -82,13 +82,13 @@ def landmark_table(
         Skinning weights.
     bone_names : tuple of B str
     anchors : mapping of str to (3,)
-        Where the eyes and the ears are: ``left_eye``, ``right_eye``, ``left_ear``, ``right_ear``;
-        meters.
+        Positions of the eyes and the ears: ``left_eye``, ``right_eye``, ``left_ear``,
+        ``right_ear``; meters.
 
     Returns
     -------
     vertex_ids : (n,) int64
-        The vertices that matter.
+        The vertices that the landmarks depend on.
     of_vertices : (33, n) float32, of_bones : (33, B) float32
         Landmarks = ``of_vertices @ vertices[vertex_ids] + of_bones @ joints``.
     """
@@ -130,7 +130,7 @@ def landmark_table(
 
 
 def _on_skin(faces: IntArray, count: int) -> BoolArray:
-    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest
+    """Mask of the `count` vertices that belong to the skin, not to eyeballs and tongue: the largest
     connected piece."""
     piece = piece_of_faces(count, faces)
     outer = np.zeros(count, bool)

@@ -1,12 +1,30 @@
-"""L-BFGS with a strong Wolfe line search (torch's), as every fit of the body uses it."""
+"""L-BFGS with a strong Wolfe line search (torch's), for all fits of the body."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+_DYNAMO = "__dynamo_disable"
+"""Attribute in which torch keeps a function of an optimizer that its compiler leaves alone."""
+
+
+def _without_dynamo(optimizer: Any) -> None:
+    """Keep PyTorch from importing its compiler (1.5 s) for the class of an `optimizer`.
+
+    Two of the class's methods are wrapped so that the compiler leaves them alone. The wrapper
+    imports the compiler for that, at its first call, unless the method already has the attribute
+    `_DYNAMO`. Nothing here is compiled, so the method itself is given as the uncompiled one. If
+    another version of PyTorch wraps in another way, it imports the compiler as usual.
+    """
+    for name in ("add_param_group", "zero_grad"):
+        method = getattr(getattr(optimizer, name), "__wrapped__", None)
+        if method is not None and not hasattr(method, _DYNAMO):
+            setattr(method, _DYNAMO, method)
 
 
 def minimize(
@@ -33,6 +51,7 @@ def minimize(
     """
     import torch
 
+    _without_dynamo(torch.optim.Optimizer)
     optimizer = torch.optim.LBFGS(
         unknowns,
         max_iter=steps,

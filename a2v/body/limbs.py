@@ -1,4 +1,4 @@
-"""Limbs, as far as a fit is told about them: which landmarks belong to each."""
+"""Limbs by the landmarks that belong to each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def _places(*names: str) -> tuple[int, ...]:
 
 
 TRUNK: tuple[int, ...] = _places("left_shoulder", "right_shoulder", "left_hip", "right_hip")
-"""Landmarks of the trunk, which depths of limbs are told from."""
+"""Landmarks of the trunk. Depths of limbs are relative to their mean."""
 
 LIMBS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {

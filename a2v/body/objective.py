@@ -1,4 +1,4 @@
-"""What a fit minimizes at each stage: which terms, and how much each counts."""
+"""The objective of a fit at each stage: its terms and their weights."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import RimMatches, match_rim
+from a2v.body.skin import spread_vertices
 from a2v.body.skinning import BodyState
 from a2v.body.surface_term import SurfaceMatches, SurfaceSamples, match_surface
 from a2v.body.unknowns import Unknowns
@@ -38,8 +39,8 @@ _SHAPE_SPREAD = {
     "proportions": 0.25,
 }
 _GENDER_OF_A_PHOTO = 0.35
-"""Mean of Anny's gender for a photo, where clothes hide the chest: a silhouette says too little for
-it, and what it would add shows on men."""
+"""Mean of Anny's gender for a photo: clothes hide the chest, a silhouette shows too little of it,
+and a wrong chest is visible on men."""
 _GENDER_SPREAD_OF_A_PHOTO = 0.2
 """Its standard deviation."""
 _SOLES = [
@@ -101,7 +102,7 @@ class Objective:
         self._prior = load_pose_prior()
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
         self._inner = torch.from_numpy(
-            _spread_over_skin(rest.numpy(), model.faces, 700, seed=settings.seed)
+            spread_vertices(rest.numpy(), model.faces, 700, seed=settings.seed)
         )
         self._extent = torch.stack([rest[:, 1].argmax(), rest[:, 1].argmin()])
         self._rim: RimMatches | None = None
@@ -140,7 +141,7 @@ class Objective:
 
     def terms(self, unknowns: Unknowns, stage: Stage) -> dict[str, Tensor]:
         """The weighted terms of the objective at a stage."""
-        s = self.settings
+        s, e = self.settings, self.evidence
         state, landmarks, vertices = self._state(unknowns, stage)
         scale = unknowns.log_scale.exp()
         if stage == "depth":
@@ -166,6 +167,10 @@ class Objective:
         terms["bounds"] = term.outside(unknowns.shape, self._shape_bounds, tolerance=0.02)
         if unknowns.pitch.requires_grad and unknowns.view.distance > 0:
             terms["camera"] = term.held_camera(unknowns.camera_height(landmarks[_SOLES, 1].min()))
+            if e.distance_spread > 0:
+                terms["distance"] = s.distance_weight * term.usual_distance(
+                    unknowns.log_distance, estimate=e.view.distance, spread=e.distance_spread
+                )
         if stage not in ("depth", "camera"):
             terms["collision"] = s.collision_weight * term.collision(self.balls, state)
             terms["feet"] = s.feet_weight * term.feet(
@@ -255,12 +260,12 @@ class Objective:
             * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma)
             / s.depth_sigma**2
         )
-        if e.told is not None and stage != "camera":
-            near, far = e.told.bones[:, 0], e.told.bones[:, 1]
+        if e.hints is not None and stage != "camera":
+            near, far = e.hints.bones[:, 0], e.hints.bones[:, 1]
             along = (landmarks[..., far, 2] - landmarks[..., near, 2]) * scale / e.height
-            terms["told"] = term.where_told(seen[..., e.told.landmarks])
-            terms["sides"] = term.sides_as_told(
-                along, signs=_tensor(e.told.signs), depths=_tensor(e.told.depths)
+            terms["given_places"] = term.at_given_places(seen[..., e.hints.landmarks])
+            terms["given_sides"] = term.on_given_sides(
+                along, signs=_tensor(e.hints.signs), depths=_tensor(e.hints.depths)
             )
         return terms
 
@@ -268,13 +273,13 @@ class Objective:
         """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the
         camera's."""
         s, height = self.settings, self.evidence.height
-        seen = term.seen_where_told(
+        seen = term.seen_at(
             unknowns.project(vertices),
             self._dense_pixels,
             weights=self._dense_weights,
             height=height,
         )
-        deep = term.deep_as_told(
+        deep = term.depths_agree(
             scale * vertices[:, 2],
             self._dense_depths,
             weights=self._dense_depth_weights,
@@ -297,7 +302,7 @@ class Objective:
         return loss
 
     def _skin(self, unknowns: Unknowns) -> FloatArray:
-        """All vertices (V, 3) float32 as they are now."""
+        """Current vertices (V, 3) float32."""
         import torch
 
         with torch.no_grad():
@@ -338,6 +343,8 @@ class Objective:
             free.append(unknowns.log_scale)
             if unknowns.view.distance > 0:
                 free.append(unknowns.pitch)
+                if self.evidence.distance_spread > 0 and stage == "silhouette":
+                    free.append(unknowns.log_distance)
         if stage != "camera":
             free.append(unknowns.angles)
         if stage not in ("depth", "camera"):
@@ -372,16 +379,3 @@ def _tensor(values: Any) -> Tensor:
     import torch
 
     return torch.tensor(np.asarray(values, dtype=np.float64))
-
-
-def _spread_over_skin(rest: FloatArray, faces: IntArray, count: int, *, seed: int) -> IntArray:
-    """Indices (count,) of vertices (V, 3) spread evenly over the skin."""
-    corner = rest[faces]
-    area = np.linalg.norm(
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
-    )
-    weight = np.zeros(len(rest))
-    for index in range(3):
-        np.add.at(weight, faces[:, index], area)
-    rng = np.random.default_rng(seed)
-    return np.sort(rng.choice(len(rest), size=count, replace=False, p=weight / weight.sum()))

@@ -38,7 +38,7 @@ PART_NEIGHBORS: tuple[tuple[str, str], ...] = (
     *((f"{side}_thigh", f"{side}_shin") for side in ("left", "right")),
     *((f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
 )
-"""Pairs of parts that grow into each other."""
+"""Pairs of parts that are joined."""
 
 _STEMS = {
     "head": "head",
@@ -64,9 +64,22 @@ _STEMS = {
 
 # SMPL's names have the side in front
 _JOINT_STEMS = {
-    "hip": "thigh", "knee": "shin", "ankle": "foot", "foot": "foot", "collar": "torso", "shoulder": "upper_arm", "elbow": "lower_arm",
-    "wrist": "hand", "hand": "hand", "index": "hand", "middle": "hand", "pinky": "hand", "ring": "hand", "thumb": "hand", "eye": "head",
-}  # fmt: skip
+    "hip": "thigh",
+    "knee": "shin",
+    "ankle": "foot",
+    "foot": "foot",
+    "collar": "torso",
+    "shoulder": "upper_arm",
+    "elbow": "lower_arm",
+    "wrist": "hand",
+    "hand": "hand",
+    "index": "hand",
+    "middle": "hand",
+    "pinky": "hand",
+    "ring": "hand",
+    "thumb": "hand",
+    "eye": "head",
+}
 
 
 def part_of_bone(name: str) -> int:
@@ -87,7 +100,8 @@ def part_of_bone(name: str) -> int:
             full = f"{side}_{part}"
             return PARTS.index(full if full in PARTS else part)
     raise InputError(
-        f"bone '{name}' belongs to no known body part; expected names that start with {', '.join(_STEMS)}"
+        f"bone '{name}' belongs to no known body part; expected names that start with "
+        f"{', '.join(_STEMS)}"
     )
 
 
@@ -101,5 +115,6 @@ def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
 
 
 def on_parts(parts: IntArray, *names: str) -> BoolArray:
-    """Which of points whose parts (V,) are indices into `PARTS` lie on those of these names."""
+    """Mask of the points, whose parts (V,) are indices into `PARTS`, that lie on parts of these
+    names."""
     return np.asarray(np.isin(parts, [PARTS.index(name) for name in names]))

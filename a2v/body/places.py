@@ -3,7 +3,7 @@ and poses.
 
 The place of a vertex is where it lies on the default body at rest, each axis scaled to [-1, 1] (as
 the NOCS of Wang et al. 2019, eq. 1, but per axis): x to the person's left, y up, z to the front. A
-network that says the place of what a pixel shows says which vertices it may be.
+network that predicts the place at a pixel thereby predicts which vertices the pixel may show.
 """
 
 from __future__ import annotations

@@ -24,8 +24,13 @@ QUANTUM = np.pi / 127
 """Radians of a step in which the bank's angles are kept."""
 
 COMPARED: tuple[str, ...] = (
-    "nose", *(f"{side}_{joint}" for side in ("left", "right") for joint in ("ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")),
-)  # fmt: skip
+    "nose",
+    *(
+        f"{side}_{joint}"
+        for side in ("left", "right")
+        for joint in ("ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+    ),
+)
 """Landmarks that poses are compared by."""
 _HEADINGS = 24
 
@@ -63,7 +68,7 @@ def load_pose_bank(model: AnnyModel) -> PoseBank:
     arrays, space = read_npz(SHIPPED), pose_space(model)
     if tuple(str(name) for name in arrays["names"]) != space.names:
         raise InputError(
-            f"{SHIPPED} is of another rig; make it anew with scripts/make_pose_bank.py"
+            f"{SHIPPED} is of another rig; make it again with scripts/make_pose_bank.py"
         )
     angles = np.clip(arrays["angles"] * QUANTUM, space.limits[:, 0], space.limits[:, 1]).astype(
         np.float32
@@ -103,8 +108,8 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
     """The `count` poses, each turned about the vertical, whose landmarks look most like the
     photo's, the best first.
 
-    Two of them differ by `apart` meters at least in the mean place of a landmark. What the detector
-    says of depth counts too, robustly and less.
+    The landmarks of any two differ by at least `apart` meters on average. The detector's depths
+    count too, robustly and with less weight.
     """
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     weight = evidence.weights[index]
@@ -119,13 +124,13 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
         if evidence.points is None
         else np.isfinite(evidence.points[index, 2]) * weight
     )
-    told = (
+    given = (
         np.zeros(len(index))
         if evidence.points is None
         else np.nan_to_num(evidence.points[index, 2])
     )
     seen = seen - weight @ seen
-    told = told - (known @ told) / max(known.sum(), 1e-9)
+    given = given - (known @ given) / max(known.sum(), 1e-9)
     misfits = []
     angles = np.arange(_HEADINGS) * (2 * np.pi / _HEADINGS)
     for angle in angles:
@@ -138,7 +143,7 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
             np.einsum("c,nck,nck->n", weight, flat, flat), 1e-9
         )
         gap = np.clip(scale, 0.85, 1.15)[:, None, None] * flat - seen
-        deep = z - ((z @ known) / max(known.sum(), 1e-9))[:, None] - told
+        deep = z - ((z @ known) / max(known.sum(), 1e-9))[:, None] - given
         square = (gap**2).sum(axis=-1)
         misfits.append(
             (0.15**2 * square / (0.15**2 + square)) @ weight
@@ -166,11 +171,21 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
 
 
 _BONES = [
-    *((f"{side}_{first}", f"{side}_{last}") for side in ("left", "right") for first, last in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("shoulder", "ear"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"),
-]  # fmt: skip
+    *(
+        (f"{side}_{first}", f"{side}_{last}")
+        for side in ("left", "right")
+        for first, last in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+            ("shoulder", "ear"),
+        )
+    ),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+]
 _BORDER = 0.1
 """Flesh, feet and hair around the landmarks, meters."""
 
@@ -192,7 +207,7 @@ def alike_outline(
     """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill
     it, the best first.
 
-    Two of them differ by `apart` meters at least in the mean place of a landmark. The misfit is
+    The landmarks of any two differ by at least `apart` meters on average. The misfit is
     relative to the height.
     """
     rows, columns = np.nonzero(mask.inside)

@@ -32,7 +32,7 @@ class PosePrior:
     names : tuple of D str
         Angles of `PoseSpace`.
     source : str
-        What it was fitted to.
+        The data that it was fitted to.
     """
 
     weights: FloatArray
@@ -45,7 +45,8 @@ class PosePrior:
         k, d = self.means.shape
         if self.weights.shape != (k,) or self.covariances.shape != (k, d, d):
             raise InputError(
-                f"pose prior: weights {self.weights.shape}, means {self.means.shape} and covariances {self.covariances.shape} do not fit together"
+                f"pose prior: weights {self.weights.shape}, means {self.means.shape} and "
+                f"covariances {self.covariances.shape} do not fit together"
             )
 
     @cached_property
@@ -97,7 +98,8 @@ def load_pose_prior(path: str | os.PathLike[str] = SHIPPED) -> PosePrior:
         name for name in ("weights", "means", "covariances", "names") if name not in arrays
     ]:
         raise InputError(
-            f"{path} holds no pose prior: no array '{missing[0]}'; make one with scripts/fit_pose_prior.py"
+            f"{path} holds no pose prior: no array '{missing[0]}'; make one with "
+            "scripts/fit_pose_prior.py"
         )
     return PosePrior(
         weights=arrays["weights"],

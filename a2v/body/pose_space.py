@@ -59,7 +59,7 @@ _SIDED: dict[str, tuple[tuple[str, ...], str, float, float, float, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class PoseSpace:
-    """Angles q (D,) and what they do to the bones.
+    """Angles q (D,) and their effect on the bones.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """The body models by name.
 
-The place to add one: write a class that keeps `BodyModel` in a file of its own, teach
-`a2v.body.parts` the names of its bones, and name it in `MODELS`. The fit runs on Anny and is
+To add one: write a class that implements `BodyModel` in a new file, add the names of its bones to
+`a2v.body.parts`, and add it to `MODELS`. The fit runs on Anny and is
 carried over to it through its `joint_bones` (`a2v.body.carry`).
 """
 
@@ -24,9 +24,9 @@ def _anny() -> AnnyModel:
 
 
 MODELS: Mapping[str, Callable[[], BodyModel]] = {"anny": _anny}
-"""Names that `load_body_model` knows, and what makes the model."""
+"""Functions that make the models, by the names that `load_body_model` accepts."""
 MODEL_SUFFIXES = (".npz", ".pkl")
-"""What files of body models end in."""
+"""Suffix of files of body models."""
 
 
 @overload
@@ -49,6 +49,7 @@ def load_body_model(name: str = "anny") -> BodyModel:
         return MODELS[name]()
     if not name.lower().endswith(MODEL_SUFFIXES):
         raise InputError(
-            f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file"
+            f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL "
+            "model's .npz file"
         )
     return SmplModel.load(name)

@@ -1,5 +1,4 @@
-"""Where a fit starts: from what the detector says; and where that leads nowhere, from recorded
-poses that look alike."""
+"""Starts of a fit: from the detector's landmarks, and if that fails from similar recorded poses."""
 
 from __future__ import annotations
 

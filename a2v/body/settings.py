@@ -55,8 +55,11 @@ class FitSettings:
     height_sigma : float
         Uncertainty of that height, meters.
     distance : float, optional
-        From the camera to the person, meters; 0: an orthographic camera. Without it the photo says:
-        its focal length, else what is usual.
+        From the camera to the person, meters; 0: an orthographic camera. Default: from the
+        photo's focal length, else the usual distance.
+    distance_weight : float
+        Weight of the estimated distance if it is uncertain and the person stands: then the fit
+        changes the distance as well.
     pose_weight : float
         Weight of the prior on pose, in the fit to the photo alone.
     shape_weight : float
@@ -102,6 +105,7 @@ class FitSettings:
     height: float = TYPICAL_HEIGHT
     height_sigma: float = 0.04
     distance: float | None = None
+    distance_weight: float = 3.0
     pose_weight: float = 1.0
     shape_weight: float = 1.0
     feet_weight: float = 1.0
@@ -125,7 +129,8 @@ class FitSettings:
                 )
         if self.distance is not None and 0 < self.distance < LEAST_DISTANCE:
             raise InputError(
-                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} meters, or 0 for an orthographic camera"
+                f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} "
+                "meters, or 0 for an orthographic camera"
             )
         if not 0 <= self.dense_pixels <= 4096:
             raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")

@@ -26,8 +26,8 @@ class MaskField:
     step : float
         Photo pixels per working pixel.
     contour : (n, 2) float32
-        Points u, v of the silhouette in photo pixels; where the photo's own border cuts the person
-        there are none.
+        Points u, v of the silhouette in photo pixels, except where the photo's border cuts the
+        person.
     normals : (n, 2) float32
         Outward unit normals of `contour`.
     known : tuple of 4 float
@@ -44,8 +44,8 @@ class MaskField:
     inside: BoolArray
 
     def sample(self, pixels: torch.Tensor) -> torch.Tensor:
-        """Signed distance (...,) at pixels (..., 2), bilinear, differentiable; zero where the photo
-        says nothing."""
+        """Signed distance (...,) at pixels (..., 2), bilinear, differentiable; zero outside of the
+        photo."""
         import torch
 
         field = torch.from_numpy(self.distance).to(pixels)
@@ -187,7 +187,7 @@ def rim_vertices(
     raster: BoolArray,
     step: float,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Vertices on the outline of the body as the camera sees it.
+    """Vertices on the outline of the body in the camera's view.
 
     A vertex is on the rim if both front- and back-facing triangles meet there and the rendered
     mask's edge is near (so rims in front of the body itself do not count).
@@ -249,10 +249,10 @@ def match_rim(
     *,
     height: float,
 ) -> RimMatches | None:
-    """Match points of the mask's contour to the rim of a body (V, 3); None where fewer than ten
-    belong together.
+    """Match points of the mask's contour to the rim of a body (V, 3); None for fewer than ten
+    matches.
 
-    `height` is the person's, in pixels: a match is nearer than 12 % of it (chosen by hand).
+    `height` is the person's, in pixels: matches are nearer than 12 % of it (chosen by hand).
     """
     import torch
     from scipy.spatial import cKDTree

@@ -1,4 +1,4 @@
-"""The outer skin of a body: what is left of its mesh without eyes, teeth and tongue."""
+"""The outer skin of a body: its mesh without eyes, teeth and tongue."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def skin_vertices(count: int, faces: IntArray) -> IntArray:
-    """Which of a mesh's `count` vertices `outer_skin` keeps, (S,) int64 and rising; `faces` (F,
-    3)."""
+    """Indices (S,) int64, rising, of the vertices that `outer_skin` keeps of a mesh with `count`
+    vertices and `faces` (F, 3)."""
     return np.unique(_largest_piece(count, faces))
 
 
@@ -38,3 +38,16 @@ def _largest_piece(count: int, faces: IntArray) -> IntArray:
     faces = np.asarray(faces, np.int64)
     piece = piece_of_faces(count, faces)
     return np.asarray(faces[piece == np.bincount(piece).argmax()])
+
+
+def spread_vertices(rest: FloatArray, faces: IntArray, count: int, *, seed: int) -> IntArray:
+    """Indices (count,) of vertices (V, 3) spread evenly over the skin."""
+    corner = rest[faces]
+    area = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    weight = np.zeros(len(rest))
+    for index in range(3):
+        np.add.at(weight, faces[:, index], area)
+    rng = np.random.default_rng(seed)
+    return np.sort(rng.choice(len(rest), size=count, replace=False, p=weight / weight.sum()))

@@ -1,5 +1,5 @@
-"""What every body model is: a tree of bones, a skin that follows it (linear blend skinning), shape
-and pose in, vertices and bones out."""
+"""Base of all body models: a tree of bones and a skin that follows it (linear blend skinning).
+Shape and pose give vertices and bones."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class BodyState:
-    """What `BodyModel.forward` returns; tensors that carry gradients.
+    """Result of `BodyModel.forward`: tensors that carry gradients.
 
     Attributes
     ----------
     vertices : (..., V, 3)
-        Meters; only the asked-for vertices, in their order, if `vertex_ids` was given.
+        Meters; if `vertex_ids` was given only these vertices, in their order.
     transforms : (..., B, 4, 4)
         World from bone at this pose; the translation is the bone's head.
     rest_heads : (..., B, 3)
@@ -183,7 +183,7 @@ def blend_skin(
     transforms : (..., B, 4, 4)
         World from bone, of `BoneTree.pose`.
     rest_heads : (..., B, 3)
-        Where the bones are at rest.
+        Heads of the bones at rest.
     """
     import torch
 
@@ -199,7 +199,7 @@ def keep_recent(
 ) -> Value:
     """`kept[key]`, made first if it is not there; the oldest of `count` entries goes for it.
 
-    A fit asks for the same few vertices again and again.
+    A fit needs the same few vertices many times.
     """
     if key not in kept:
         while len(kept) >= count:
@@ -287,7 +287,8 @@ def _shape_values(model: BodyModel, shape: FloatArray | Mapping[str, float] | No
     if isinstance(shape, Mapping):
         if unknown := [name for name in shape if name not in model.shape_names]:
             raise InputError(
-                f"unknown shape parameter '{unknown[0]}'; choose from {', '.join(model.shape_names)}"
+                f"unknown shape parameter '{unknown[0]}'; choose from "
+                f"{', '.join(model.shape_names)}"
             )
         values = model.shape_default.copy()
         for key, value in shape.items():

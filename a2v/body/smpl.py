@@ -33,10 +33,29 @@ MAX_SHAPES = 10
 """Shape coefficients that are used, of the 10 to 400 in a file."""
 
 _BODY = (
-    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle", "spine3", "left_foot",
-    "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist",
+    "pelvis",
+    "left_hip",
+    "right_hip",
+    "spine1",
+    "left_knee",
+    "right_knee",
+    "spine2",
+    "left_ankle",
+    "right_ankle",
+    "spine3",
+    "left_foot",
+    "right_foot",
+    "neck",
+    "left_collar",
+    "right_collar",
+    "head",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
     "right_wrist",
-)  # fmt: skip
+)
 _FINGERS = tuple(
     f"{side}_{finger}{place}"
     for side in ("left", "right")
@@ -105,8 +124,8 @@ class SmplModel(BodyModel):
         Raises
         ------
         InputError
-            The file is missing, no ``.npz``, too large, or not of this format; what is wrong is
-            named.
+            The file is missing, no ``.npz``, too large, or not of this format; the message
+            says which.
         """
         return cls(_read(Path(path)))
 
@@ -237,7 +256,7 @@ class SmplModel(BodyModel):
                 foot = np.flatnonzero(self.parts == PARTS.index(f"{side}_foot"))
                 order = foot[np.argsort(rest[foot, 2])]
                 table.append((None, order[:4] if joint == "heel" else order[-4:]))
-            else:  # of the face: the nearest vertex to its usual place relative to the tip of the nose
+            else:  # of the face: the vertex nearest to its usual place beside the tip of the nose
                 along, up = {
                     "ear": (0.5, 0.2),
                     "eye": (0.2, 0.22),
@@ -265,7 +284,8 @@ def _parents(table: np.ndarray) -> IntArray:
 def _read(path: Path) -> dict[str, np.ndarray]:
     if path.suffix.lower() == ".pkl":
         raise InputError(
-            f"{path} is a pickle, which can run any program; convert it to .npz first (docs/body.md shows how)"
+            f"{path} is a pickle, which can run any program; convert it to .npz first "
+            "(docs/body.md shows how)"
         )
     needed = {
         "v_template": 2,
@@ -314,12 +334,14 @@ def _checked(
             raise InputError(f"{path}: {name} has the type {arrays[name].dtype}; expected numbers")
         if arrays[name].ndim != dimensions or not np.isfinite(arrays[name]).all():
             raise InputError(
-                f"{path}: {name} has shape {arrays[name].shape}; expected {dimensions} dimensions of finite numbers"
+                f"{path}: {name} has shape {arrays[name].shape}; expected {dimensions} dimensions "
+                "of finite numbers"
             )
     vertices, bones = len(arrays["v_template"]), arrays["kintree_table"].shape[1]
     if bones not in JOINTS:
         raise InputError(
-            f"{path} has {bones} joints; expected {', '.join(f'{count} ({name})' for count, (name, _) in JOINTS.items())}"
+            f"{path} has {bones} joints; expected "
+            f"{', '.join(f'{count} ({name})' for count, (name, _) in JOINTS.items())}"
         )
     wanted = {
         "v_template": (vertices, 3),

@@ -1,5 +1,4 @@
-"""Where points near a body's skin lie on it: part, place at rest, and what the other side has
-there."""
+"""Positions on a body's skin of points near it: part, place at rest, and the mirrored position."""
 
 from __future__ import annotations
 

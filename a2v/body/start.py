@@ -1,4 +1,4 @@
-"""Where a fit starts: camera and orientation guessed from the keypoints."""
+"""Start of a fit: camera and orientation estimated from the keypoints."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
     """Starts worth trying.
 
     One if the detector gave 3D keypoints; otherwise the natural standing pose at several yaw
-    angles, ordered by what the shoulders and hips say.
+    angles around the direction that shoulders and hips indicate.
     """
     space = pose_space(model)
     camera = OrthographicCamera(scale=evidence.height / TYPICAL_HEIGHT, center_u=0.0, center_v=0.0)

@@ -1,5 +1,4 @@
-"""A limb that the fit left where the photo does not show it, or at a doubtful depth: starts that
-change this limb alone, all else as it is."""
+"""New starts for a single limb that the fit left beside the photo's limb or at a doubtful depth."""
 
 from __future__ import annotations
 
@@ -9,38 +8,39 @@ from typing import Any
 import numpy as np
 
 from a2v.body.anny import AnnyModel
-from a2v.body.confidence import DOUBTFUL
 from a2v.body.limbs import LIMBS
 from a2v.body.objective import Objective
 from a2v.body.pose_bank import load_pose_bank
 from a2v.body.pose_space import PoseSpace
+from a2v.body.second_photo import DOUBTFUL
 from a2v.body.unknowns import Unknowns
 from a2v.types import FloatArray, IntArray
 
 STRAY = 0.045
-"""A limb is stray whose worst landmark is farther from the photo's, relative to the height. Where
-nothing is wrong the worst is at 1 to 3.5 %."""
+"""Distance of a limb's worst landmark from the photo's, relative to the height, above which the
+limb is stray. In a good fit the worst landmark is 1 to 3.5 % off."""
 _TRIED = 5
 """Starts of a limb at most."""
 _APART = 0.25
-"""Starts differ by so much at least in the mean place of the limb's landmarks, meters."""
+"""Least mean distance between the limb's landmarks of two starts, meters."""
 _KEPT = 2
-"""So many of them, the cheapest once the limb has come to rest, are fitted with all the rest."""
+"""Number of starts, the best after a fit of the limb alone, that are fitted as a whole."""
 _STEPS = 15
 """Iterations of each fit."""
 _GAIN = 5.0
-"""What the best must be cheaper by than before, squared standard deviations."""
+"""Least decrease of the objective, squared standard deviations."""
 _LEAVES = 0.01
-"""What the silhouettes may share less: limbs that were bent to wrong landmarks leave the mask."""
+"""Largest decrease of the silhouettes' overlap: limbs bent to wrong landmarks leave the mask."""
 _LEGS = {"left_leg", "right_leg"}
 _ANGLES = {"arm": ("collar", "arm", "elbow", "forearm", "wrist"), "leg": ("hip", "knee", "ankle")}
 
 
 def stray_limbs(objective: Objective, unknowns: Unknowns) -> dict[str, float]:
-    """The arms and legs that lie elsewhere than the photo's landmarks, the worst first: how far,
-    relative to the height.
+    """Distances of stray arms and legs from the photo's landmarks, relative to the height, the
+    largest first.
 
-    Both legs together are none: seen from above they look short, and bent anew they would kneel.
+    If both legs are stray neither is returned: seen from above legs look short, and with new bends
+    the person would kneel.
     """
     error = np.where(objective.evidence.confidence > 0.3, objective.landmark_gaps(unknowns), 0.0)
     worst = {
@@ -59,8 +59,8 @@ def stray_limbs(objective: Objective, unknowns: Unknowns) -> dict[str, float]:
 
 
 def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> Unknowns | None:
-    """Stray limbs bent as in some recorded pose, where that lowers the objective after a short fit;
-    None where it does for none."""
+    """Bend stray limbs as in a recorded pose if that lowers the objective after a short fit; None
+    if it helps no limb."""
     tried: set[str] = set()
     found = unknowns
     while limbs := [limb for limb in stray_limbs(objective, found) if limb not in tried]:
@@ -72,8 +72,8 @@ def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> U
 def mend_doubtful(
     objective: Objective, model: AnnyModel, unknowns: Unknowns, errors: Mapping[str, float]
 ) -> Unknowns | None:
-    """The same for arms and legs that are expected (`limb_errors`) to be `DOUBTFUL` in depth, the
-    worst first."""
+    """The same for arms and legs whose expected error in depth (`limb_errors`) is over `DOUBTFUL`,
+    the worst first."""
     found = unknowns
     for limb in sorted(errors, key=lambda limb: -errors[limb]):
         if limb.endswith(tuple(_ANGLES)) and errors[limb] > DOUBTFUL:
@@ -82,8 +82,8 @@ def mend_doubtful(
 
 
 def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
-    """Whether of two `FitResult.residuals` the first has the lower loss and covers the mask as
-    well: landmarks alone may be wrong."""
+    """Whether the first of two `FitResult.residuals` has the lower loss and covers the mask as
+    well as the second: landmarks alone may be wrong."""
     lower = sum(found["loss"].values()) < sum(before["loss"].values())
     return bool(
         lower and found.get("silhouette_iou", 1.0) > before.get("silhouette_iou", 1.0) - _LEAVES
@@ -91,7 +91,7 @@ def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
 
 
 def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> Unknowns:
-    """The unknowns, or cheaper ones with another start of `limb`."""
+    """The unknowns, or better ones from another start of `limb`."""
     own = _angles_of(limb, objective.space)
     objective.renew_silhouette(unknowns)
     best, least = unknowns, objective.cost(unknowns, "silhouette") - _GAIN

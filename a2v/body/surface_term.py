@@ -33,7 +33,7 @@ class SurfaceSamples:
     points, normals : (n, 3) float64
         Evenly spread over the surface.
     targets : (33, 3) float64, target_weights : (33,) float64
-        Joints inverse-projected into the surface; weight 0 where there is none.
+        Joints inverse-projected into the surface; weight 0 if unknown.
     """
 
     points: FloatArray
@@ -140,7 +140,7 @@ def _joints_inside(
 ) -> tuple[FloatArray, FloatArray]:
     """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each
     keypoint."""
-    flat = camera.flatten(surface.vertices)  # depths stay what they are
+    flat = camera.flatten(surface.vertices)  # depths do not change
     scene = ray_scene(flat, surface.faces)
     far = float(flat[:, 2].max()) + 1.0
     origin = camera.flat.unproject(evidence.pixels, far)

@@ -8,6 +8,7 @@ data. `FitSettings` holds those that a user may change.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from a2v.body.collision import LimbBalls
@@ -48,8 +49,8 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
-    """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of
-    the height, within 0.3 %.
+    """Penalty for landmarks over 2.2 % of the height off, within 0.3 %; robust, since the detector
+    may be wrong.
 
     `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's
     height.
@@ -58,14 +59,14 @@ def strays(square: Tensor, *, weights: Tensor) -> Tensor:
     return robust_sum(over.square(), weights=weights.sqrt(), scale=0.03) / 0.003**2
 
 
-def where_told(square: Tensor) -> Tensor:
-    """Landmarks that the user has placed lie there, within 0.2 % of the height; `square` (..., n)
-    as of `strays`."""
+def at_given_places(square: Tensor) -> Tensor:
+    """Landmarks that the user has placed stay there, within 0.2 % of the height; `square` (..., n)
+    as in `strays`."""
     return square.sum(-1) / 0.002**2
 
 
-def sides_as_told(along: Tensor, *, signs: Tensor, depths: Tensor) -> Tensor:
-    """Bones whose side the user has said: their depths `along` (..., m), far end less near end,
+def on_given_sides(along: Tensor, *, signs: Tensor, depths: Tensor) -> Tensor:
+    """Bones whose side the user has given: their depths `along` (..., m), far end less near end,
     have the sign, and reach `depths` (m,) within 1 % of the height; all relative to the height."""
     return ((depths - signs * along).clamp_min(0.0) / 0.01).square().sum(-1)
 
@@ -114,6 +115,11 @@ def held_camera(height: Tensor) -> Tensor:
     return ((height - HELD) / 0.2).square()
 
 
+def usual_distance(log_distance: Tensor, *, estimate: float, spread: float) -> Tensor:
+    """A camera's distance lies near its `estimate`, meters, by the `spread` of the logarithm."""
+    return ((log_distance - math.log(estimate)) / spread).square()
+
+
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:
     """Straight legs stay straight and upright in depth, and feet that stand are nearly level."""
     total = 0.0 * angles.sum()
@@ -144,12 +150,12 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
 
 
 _OUTLINE = 90.0
-"""Neighboring points say the same thing: so many independent measurements the points of an outline
-count as."""
+"""Number of independent measurements that the points of an outline count as: neighboring points
+repeat each other."""
 _MAP = 90.0
-"""The same of the pixels of a map."""
+"""The same for the pixels of a map."""
 _SURFACE = 200.0
-"""The same of the points of a surface."""
+"""The same for the points of a surface."""
 
 
 def skin_in_mask(
@@ -172,17 +178,17 @@ def rim_on_contour(
     return _OUTLINE * geman_mcclure(across + 0.1 * along, robust).mean() / sigma**2
 
 
-def seen_where_told(pixels: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
+def seen_at(pixels: Tensor, expected: Tensor, *, weights: Tensor, height: float) -> Tensor:
     """Vertices seen at pixels (n, 2) lie where the map shows them (n, 2), within 2 % of the
     person's `height` in pixels."""
-    square = (pixels - told).square().sum(-1) / height**2
+    square = (pixels - expected).square().sum(-1) / height**2
     return _MAP * (weights * geman_mcclure(square, 0.05)).mean() / 0.02**2
 
 
-def deep_as_told(depths: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
+def depths_agree(depths: Tensor, expected: Tensor, *, weights: Tensor, height: float) -> Tensor:
     """Vertices' depths (n,), pixels, differ among each other as the map's (n,) do, within 3 % of
     the person's `height` in pixels."""
-    gap = depths - told
+    gap = depths - expected
     gap = (gap - (weights * gap).sum() / weights.sum().clamp_min(1e-9)) / height
     return _MAP * (weights * geman_mcclure(gap.square(), 0.1)).mean() / 0.03**2
 
@@ -204,9 +210,9 @@ def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Ten
 
 
 def alike(first: Tensor, second: Tensor, spread: Tensor) -> Tensor:
-    """What the angles (D,) of one person's poses in two photos cost where they differ: by a fifth
-    of their `spread` (D,) in people who stand.
+    """Penalty for the difference between the angles (D,) of one person in two photos, within a
+    fifth of their `spread` (D,) among standing people.
 
-    Robust, angle by angle: an arm that has moved is another arm's pose, and costs no more.
+    It is robust in each angle: an arm that has moved costs no more than a fixed sum.
     """
     return geman_mcclure(((first - second) / (0.2 * spread)).square(), 2.0).sum(-1)

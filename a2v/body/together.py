@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 LEAN = 0.05
 """Radians by which the trunks of one person in two photos differ in their lean."""
 LEANS = 2.0
-"""Over so many times that they count as different poses."""
+"""Robust scale of this difference, in multiples of `LEAN`."""
 ALIKE = 1.0
 """Weight of poses that are nearly the same."""
 
@@ -47,7 +47,7 @@ def fit_together(
 
     It starts from the fit to each photo alone and minimizes the sum of their objectives; the prior
     of the shape counts once. Poses that are nearly the same are drawn together
-    (`a2v.body.terms.alike`): who is photographed from two sides mostly stands as before, and then
+    (`a2v.body.terms.alike`): a person photographed from two sides mostly keeps the pose, and
     each photo shows the depth that the other does not.
 
     Parameters
@@ -77,7 +77,8 @@ def fit_together(
         or (surfaces is not None and len(surfaces) != len(subjects))
     ):
         raise InputError(
-            f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and one surface if any, for each photo"
+            f"fit_together got {len(subjects)} photos and {len(fits)} fits; expected one fit, and "
+            "one surface if any, for each photo"
         )
     settings = settings or FitSettings()
     fit = _Together.build(subjects, fits, settings, surfaces)
@@ -249,7 +250,8 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
             else f"one body does not fill photo {worse[0]}"
         )
         return [
-            f"the photos may show different persons ({found}): colors and shape of all are mixed; give photos of one person alone"
+            f"the photos may show different persons ({found}): colors and shape of all are mixed; "
+            "give photos of one person alone"
         ]
     return []
 

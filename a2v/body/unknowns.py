@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.body.pose_space import PoseSpace
+from a2v.body.settings import LEAST_DISTANCE
 from a2v.body.view import LEVEL, View
 from a2v.camera import seen_from
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
@@ -39,6 +40,8 @@ class Unknowns:
         The camera's center; constant, since the translation does the same.
     pitch : ()
         How far down a perspective camera looks, radians.
+    log_distance : ()
+        Logarithm of a perspective camera's distance.
     view : View
         Perspective, if there is one: the optical axis meets the depth of `translation`, or
         `aim_depth` where that is not None.
@@ -52,6 +55,7 @@ class Unknowns:
     log_scale: Tensor
     center: tuple[float, float]
     pitch: Tensor
+    log_distance: Tensor
     view: View = LEVEL
     aim_depth: float | None = None
 
@@ -81,6 +85,7 @@ class Unknowns:
             log_scale=leaf(np.log(camera.scale)),
             center=(camera.center_u, camera.center_v),
             pitch=leaf(view.pitch),
+            log_distance=leaf(np.log(view.distance or 1.0)),
             view=view,
         )
 
@@ -107,7 +112,9 @@ class Unknowns:
             shape=self.shape.detach().numpy(),
             translation=self.translation.detach().numpy(),
             camera=self.camera().flat,
-            view=dataclasses.replace(self.view, pitch=float(self.pitch.detach())),
+            view=dataclasses.replace(
+                self.view, pitch=float(self.pitch.detach()), distance=self.distance
+            ),
         )
 
     def camera(self) -> PhotoCamera:
@@ -124,7 +131,7 @@ class Unknowns:
         return PhotoCamera(
             flat=flat,
             aim=aim,
-            distance=self.view.distance,
+            distance=self.distance,
             pitch=float(self.pitch.detach()),
             source=self.view.source,
         )
@@ -137,6 +144,16 @@ class Unknowns:
         self.center = (camera.flat.center_u, camera.flat.center_v)
         self.view, self.aim_depth = View.of(camera), camera.aim[2]
         self.pitch = torch.tensor(camera.pitch, dtype=torch.float64)
+        self.log_distance = torch.tensor(np.log(camera.distance or 1.0), dtype=torch.float64)
+
+    @property
+    def distance(self) -> float:
+        """The camera's distance, meters; 0 for an orthographic camera."""
+        return float(self._away().detach()) if self.view.distance > 0 else 0.0
+
+    def _away(self) -> Tensor:
+        """The distance () of a perspective camera, meters, not below `LEAST_DISTANCE`."""
+        return self.log_distance.exp().clamp_min(LEAST_DISTANCE)
 
     def _aim(self) -> tuple[Tensor, Tensor, Tensor]:
         """Where the optical axis meets the person's depth, meters."""
@@ -152,7 +169,7 @@ class Unknowns:
 
     def camera_height(self, ground: Tensor) -> Tensor:
         """How high a perspective camera is over y = `ground` (), meters."""
-        return self._aim()[1] + self.view.distance * self.pitch.tan() - ground
+        return self._aim()[1] + self._away() * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:
         """Pixels (..., 2) of points (..., 3)."""
@@ -162,7 +179,7 @@ class Unknowns:
         if self.view.distance > 0:
             x, y, z = self._aim()
             offset = points[..., 0] - x, points[..., 1] - y, points[..., 2] - z
-            right, up = seen_from(*offset, distance=self.view.distance, pitch=self.pitch)
+            right, up = seen_from(*offset, distance=self._away(), pitch=self.pitch)
             return torch.stack(
                 [self.view.axis[0] + scale * right, self.view.axis[1] - scale * up], dim=-1
             )

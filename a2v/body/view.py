@@ -1,5 +1,4 @@
-"""Where the photo's camera is believed to have been: how far away, and how steeply it looked
-down."""
+"""Estimate the photo's camera: its distance and how steeply it looks down."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ USUAL = (3.0, 0.4)
 HELD = 1.45
 """Usual height of a camera over the ground, meters: somebody stands and holds it."""
 STEEPEST = 0.6
-"""A camera looks up or down at most so much, radians; farther would be a guess too bold."""
+"""Largest estimated pitch of a camera, up or down, radians."""
 _LENS = 26.0
 """Focal length of a telephone's main camera as for 35 mm film, millimeters."""
 _LENS_SPREAD = 0.45
@@ -26,13 +25,13 @@ _SHAPES = (4 / 3, 3 / 2, 16 / 9)
 _FILM = 43.27
 """Diagonal of 35 mm film, millimeters."""
 _LIMITS = (1.0, 30.0)
-"""Distances that are believed, meters."""
+"""Smallest and largest estimated distance, meters."""
 
 
 @dataclass(frozen=True)
 class View:
-    """Where the photo's camera is believed to be. A fit keeps the distance and the axis; the pitch
-    is where it starts from.
+    """Estimated camera of a photo. A fit keeps the distance and the axis; it starts from the pitch
+    and changes it.
 
     Attributes
     ----------
@@ -40,12 +39,15 @@ class View:
         As of `PhotoCamera`.
     axis : tuple of 2 float
         Pixel that the optical axis meets.
+    spread : float
+        Standard deviation of the logarithm of the distance; 0 for a distance that is known.
     """
 
     distance: float = 0.0
     pitch: float = 0.0
     axis: tuple[float, float] = (0.0, 0.0)
     source: str = ""
+    spread: float = 0.0
 
     @classmethod
     def of(cls, camera: PhotoCamera) -> View:
@@ -58,18 +60,18 @@ LEVEL = View()
 """An orthographic camera."""
 
 
-def believed_view(
+def estimated_view(
     subject: Subject, box: FloatArray, *, height: float, tall: float, distance: float | None
 ) -> View:
-    """The camera's distance by what is known of it, and its pitch by the height at which cameras
-    are held.
+    """Estimate the camera's distance, and its pitch from the height at which cameras are held.
 
     Parameters
     ----------
     subject : Subject
-        Its focal length, if the photo's file told one, gives the distance; else the shape of the
-        photo tells whether it is likely to be whole, and the usual lens gives it, together with
-        what is usual.
+        Its focal length, if the photo's file has one, gives the distance. Otherwise a photo of a
+        camera's usual shape is probably whole, and the distance is a mean of the one by a
+        telephone's usual lens and the usual distance; a photo of another shape gets the usual
+        distance.
     box : (4,)
         Left, top, right, bottom of the person, pixels of the subject's image.
     height : float
@@ -77,11 +79,12 @@ def believed_view(
     tall : float
         The same in meters.
     distance : float, optional
-        What the user says, meters; 0 for an orthographic camera.
+        Given by the user, meters; 0 for an orthographic camera.
     """
     axis = (float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2)
+    spread = 0.0
     if distance == 0:
-        return View(source="orthographic, as asked")
+        return View(source="orthographic, as given")
     if distance is not None:
         source = "given"
     elif subject.focal_length is not None:
@@ -90,16 +93,17 @@ def believed_view(
             "the focal length in the photo's file",
         )
     else:
-        distance, source = USUAL[0], "what is usual"
+        distance, source, spread = USUAL[0], "the usual distance", USUAL[1]
         sides = sorted(subject.photo_size)
         if min(abs(sides[1] / sides[0] / shape - 1) for shape in _SHAPES) < 0.01:
             lens, own = _by_lens(subject, _LENS, height, tall), (_LENS_SPREAD / USUAL[1]) ** 2
             distance = math.exp((math.log(lens) + own * math.log(USUAL[0])) / (1 + own))
+            spread = USUAL[1] * math.sqrt(own / (1 + own))
             source = "a telephone's usual field of view and the person's share of the photo"
     distance = float(np.clip(distance, *_LIMITS)) if source != "given" else distance
     over = tall * (box[3] - axis[1]) / height  # of the axis over the ground
     pitch = float(np.clip(np.arctan((HELD - over) / distance), -STEEPEST, STEEPEST))
-    return View(distance, pitch, axis, source)
+    return View(distance, pitch, axis, source, spread)
 
 
 def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:
@@ -108,3 +112,9 @@ def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> floa
     left, _, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height
+
+
+def field_of_view(camera: PhotoCamera, pixels: float) -> float:
+    """Degrees that a perspective camera sees across `pixels` around its optical axis."""
+    focal = camera.scale * camera.distance / math.cos(camera.pitch)
+    return math.degrees(2 * math.atan(pixels / 2 / focal))

@@ -1,4 +1,4 @@
-"""What the background says from frame to frame: how the camera turned, and where a film was cut."""
+"""Measure camera motion and cuts from the background of a video."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from a2v.types import ByteArray, FloatArray
 
 WIDTH = 320
-"""Pixels of the longer side in which the background is followed."""
+"""Longer side in pixels of the frames in which the background is tracked."""
 FEATURES = 160
-"""Corners that are followed."""
+"""Number of tracked corners."""
 LEAST = 12
-"""Fewer that agree are believed nothing."""
+"""Number of consistent corners below which the result is ignored."""
 _THUMB = (32, 18)
 _CUT = 26.0
-"""Mean difference of two thumbnails, of 255 steps, from which they may be of two shots."""
+"""Mean difference of two thumbnails, out of 255, above which a cut is possible."""
 _FOLLOWED = 0.35
-"""Share of the corners that are found again in frames of one shot."""
+"""Share of the corners that must be found again within one shot."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Change:
     Attributes
     ----------
     warp : (2, 3) float64
-        Similarity that takes pixels of the background in the frame before to this one.
+        Similarity from pixels of the background in the previous frame to this one.
     known : bool
-        Whether enough of the background was followed; else `warp` is the identity.
+        Whether enough of the background was tracked; otherwise `warp` is the identity.
     cut : bool
         Another shot begins.
     """
@@ -45,7 +45,7 @@ SAME = np.eye(2, 3)
 
 
 class Background:
-    """Follows corners beside the person (Lucas and Kanade 1981; a similarity by RANSAC)."""
+    """Track corners beside the person (Lucas and Kanade 1981) and fit a similarity by RANSAC."""
 
     def __init__(self) -> None:
         self._gray: ByteArray | None = None
@@ -53,13 +53,13 @@ class Background:
         self._thumb: FloatArray | None = None
 
     def look(self, image: ByteArray, box: FloatArray | None) -> Change:
-        """What changed since the frame before.
+        """Compare a frame with the previous one.
 
         Parameters
         ----------
         image : (H, W, 3) uint8
         box : (4,) or None
-            Left, top, right, bottom of the person in this frame, pixels: nothing in it is
+            Left, top, right, bottom of the person in this frame, pixels. This region is not
             background.
         """
         shrink = min(1.0, WIDTH / max(image.shape[:2]))

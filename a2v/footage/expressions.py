@@ -1,5 +1,4 @@
-"""What a face does in a film: the 52 expressions, fitted to mediapipe's landmarks frame by
-frame."""
+"""Fit the 52 expressions to mediapipe's landmarks of a face in every frame of a video."""
 
 from __future__ import annotations
 
@@ -14,15 +13,15 @@ from a2v.body.face import actions_of, face_landmarks, teeth
 from a2v.types import FloatArray, IntArray
 
 LEAST = 0.3
-"""Share of the frames in which a face has to be seen, else its expressions are left alone."""
+"""Share of the frames in which a face must be seen for its expressions to be used."""
 FRAMES = 8
-"""Fewest frames in which it has to be."""
+"""Smallest number of such frames."""
 _STEADY = 0.0012
-"""Landmarks that no expression moves farther, meters, hold the face."""
+"""Largest displacement in meters by any expression of the landmarks that align the face."""
 _ERROR = 0.0015
 """Expected error of a landmark, meters."""
 _ALIKE = 12.0
-"""So many neighboring landmarks say the same."""
+"""Number of neighboring landmarks with correlated errors."""
 _SPREAD = 0.4
 """Usual strength of an expression."""
 RARE = (
@@ -37,22 +36,22 @@ RARE = (
     "cheekPuff",
     "tongueOut",
 )
-"""Expressions that look like parts of others, and are rarer."""
+"""Rare expressions that resemble parts of others."""
 _RARE = 0.15
 """Their usual strength."""
 _SPARSE = 1.0
-"""What an expression costs by being there at all, in standard deviations."""
+"""Weight of the L1 penalty on expressions, in standard deviations."""
 _AGAIN = 3
 _DEPTH = 0.3
-"""Weight of a landmark's depth beside its place."""
+"""Weight of the depth of a landmark relative to its place in the picture."""
 _NEUTRAL = 0.25
-"""Share of the frames, those with the most open eyes and the most a closed jaw, that a face is
-neutral in."""
+"""Share of the frames, those with the most open eyes and the most closed jaw, that count as
+neutral."""
 _ROUNDS = 300
 _SMOOTH = 0.7
-"""Frames (standard deviation) over which strengths are smooth: a blink has five."""
+"""Standard deviation in frames with which strengths are smoothed. A blink lasts five frames."""
 _FADE = 0.25
-"""Seconds in which a face that is not seen any more comes to rest."""
+"""Time in seconds in which an unseen face returns to neutral."""
 _EYES = ((159, 145), (386, 374))
 """Landmarks of the lids' middles, upper and lower."""
 _JAW = (1, 152)

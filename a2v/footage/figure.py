@@ -1,4 +1,4 @@
-"""The body with as few bones as landmarks and joints need, for many poses of one shape at once."""
+"""A reduced body model for many poses of one shape: only the bones that landmarks and joints need."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ JOINTS: tuple[tuple[str, str, str], ...] = (
         )
     ),
 )  # fmt: skip
-"""Joints of a followed person: name, parent, and the bone of Anny whose head each is (`_POINTS`
-otherwise)."""
+"""Joints of a tracked person: name, parent, and the bone of Anny whose head is the joint (except
+`_POINTS`)."""
 NAMES: tuple[str, ...] = tuple(name for name, _, _ in JOINTS)
 PARENTS: tuple[int, ...] = tuple(
     -1 if not parent else NAMES.index(parent) for _, parent, _ in JOINTS
 )
 _POINTS = {"head_top": (0.0, 0.17, 0.02), "head_front": (0.0, 0.04, 0.16)}
-"""Joints that are no bone's head: from the bone's head at rest, meters."""
+"""Offsets of joints that are not the head of a bone, from the head of their bone at rest, meters."""
 
 
 @lru_cache(maxsize=1)
@@ -64,14 +64,14 @@ def person_skeleton() -> Skeleton:
 
 
 class Figure:
-    """A body of one shape: poses to landmarks and joints, by the bones that `PoseSpace` turns alone
-    (26 of Anny's 104).
+    """A body of one shape that computes landmarks and joints from poses. It has only the bones that
+    `PoseSpace` turns (26 of Anny's 104).
 
     Parameters
     ----------
     model : AnnyModel
     shape : (S,) tensor
-        May require gradients: then landmarks and joints carry them.
+        If it requires gradients, landmarks and joints do as well.
     """
 
     def __init__(self, model: AnnyModel, shape: Tensor):
@@ -91,6 +91,8 @@ class Figure:
         self.marks = self.marks + torch.einsum(
             "lB,Bb,Bk->lbk", frame.of_bones, frame.carried, fixed
         )
+        self.wrists = frame.wrists
+        """Rows of the moving bones that carry the left and the right hand."""
         self.points = (
             torch.zeros(len(JOINTS), 3, dtype=torch.float64)
             + heads[frame.joint_bones]
@@ -137,7 +139,7 @@ class Figure:
 
 
 class _Frame:
-    """What of a `Figure` does not depend on the shape."""
+    """Parts of a `Figure` that do not depend on the shape."""
 
     def __init__(self, model: AnnyModel):
         import torch
@@ -170,6 +172,7 @@ class _Frame:
         self.shares = self.of_vertices @ self.weights + self.of_bones @ self.carried
         self.joint_bones = torch.tensor([model.bone(bone) for _, _, bone in JOINTS])
         self.joint_carrier = self.carrier[self.joint_bones]
+        self.wrists = [int(self.carrier[model.bone(f"wrist.{side}")]) for side in "LR"]
         self.joint_offsets = torch.tensor(
             [_POINTS.get(name, (0.0, 0.0, 0.0)) for name, _, _ in JOINTS], dtype=torch.float64
         )
@@ -182,7 +185,7 @@ class _Frame:
 
     @classmethod
     def of(cls, model: AnnyModel) -> _Frame:
-        """That of a model, made once."""
+        """The cached frame of a model."""
         return _frame_of(model)
 
     @cached_property

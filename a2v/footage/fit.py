@@ -1,5 +1,4 @@
-"""One body fitted to a whole piece of film: window by window, with what joints usually do from
-frame to frame."""
+"""Fit one body to a piece of film, window by window, with a prior on how joints move."""
 
 from __future__ import annotations
 
@@ -15,66 +14,36 @@ from a2v.body.lbfgs import minimize
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.registry import load_body_model
-from a2v.body.terms import geman_mcclure, likely_pose, outside, robust_sum
+from a2v.body.terms import likely_pose, outside
 from a2v.footage.figure import NAMES, Figure
 from a2v.footage.settings import FollowSettings
 from a2v.footage.starts import bridged, smooth_turns, smoother, starts
+from a2v.footage.terms import Evidence, Stands, acceleration, footing, pseudo_huber
 from a2v.footage.track import Track
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotvec_to_rotmat
-from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, IntArray, Progress
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 FIXED = 6
-"""Frames before a window that stay as they are, so that it goes on from them."""
+"""Number of fixed frames before a window, so that it continues from them."""
 AGAIN = 14
-"""Last frames of a window that are fitted again with the next one, which knows what follows."""
+"""Number of last frames of a window that are fitted again in the next window."""
 SAMPLED = 24
-"""Frames by which the body's shape and the camera's tilt are found."""
+"""Number of frames from which the shape and the tilt of the camera are estimated."""
 HELD = (1.35, 0.35)
-"""Usual height of a camera over the ground, meters, and its spread."""
-_KEYPOINT = 0.012
-"""Expected error of a landmark, relative to the height."""
-_ROBUST = 0.05
-_DEPTH = 0.05
-"""Expected error of a bone's depth, relative to the height."""
-_DEPTH_WEIGHT = 2.0
+"""Usual height of a camera above the ground and its standard deviation, meters."""
 _POSE_WEIGHT = 0.3
 _SMOOTH_WEIGHT = 0.6
 _TURNS = 120.0
 """Usual acceleration of an angle, radians per square second."""
-_SLIDE = 0.04
-"""Meters a second at which a foot that stands may slide."""
-_SLIDE_WEIGHT = 0.3
-_GROUND_WEIGHT = 0.3
-_LEVEL = 0.02
-"""Expected error of the height of a sole that stands, meters."""
-SOLE = 0.02
-"""Height of the landmarks of heel and toes over the sole, meters."""
 _ANGLE_WEIGHT = 0.1
 _SCALES = (0.3, 0.3, 0.1)
 """Usual sizes of changes of orientation and angles, radians, and of places, meters."""
 _EVEN = 2.0
-"""Frames over which what the fit starts from is smooth."""
-_SEGMENTS = [
-    *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
-]  # fmt: skip
-_ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
-SOLES = np.array(
-    [
-        [LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")]
-        for side in ("left", "right")
-    ]
-)
-_FEET = [
-    NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")
-]
+"""Standard deviation in frames with which the initial values are smoothed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,14 +56,17 @@ class Moves:
     joints : (T, J, 3)
         `a2v.footage.figure.JOINTS`, meters.
     landmarks : (T, 33, 3)
+    wrists : (T, 2, 3, 3)
+        Rotations of the left and the right wrist from the rest pose, in the world.
     shape : (S,)
-        Of the body, in all frames.
+        Of the body, the same in all frames.
     tilt : float
-        How far the camera looked down in the first frame, radians.
+        Angle by which the camera looks down in the first frame, radians.
     """
 
     joints: FloatArray
     landmarks: FloatArray
+    wrists: FloatArray
     shape: FloatArray
     tilt: float
 
@@ -112,61 +84,6 @@ class _Unknowns:
     def rotmats(self) -> Tensor:
         turned: Tensor = rotvec_to_rotmat(self.root) @ self.base
         return turned
-
-
-class _Evidence:
-    """A track as tensors, and the terms that compare a body with it."""
-
-    def __init__(self, track: Track, points: FloatArray):
-        import torch
-
-        def tensor(values: FloatArray) -> Tensor:
-            return torch.from_numpy(np.ascontiguousarray(values, np.float64))
-
-        self.pixels, self.weights, self.heights = (
-            tensor(track.pixels),
-            tensor(track.weights),
-            tensor(track.heights),
-        )
-        self.yaw, self.tilt, self.focal = tensor(track.yaw), tensor(track.tilt), track.focal
-        self.times = track.times
-        self.depths = tensor(
-            (points[:, _ENDS[:, 1], 2] - points[:, _ENDS[:, 0], 2]) / TYPICAL_HEIGHT
-        )
-        self.depth_weights = tensor(track.confidence[:, _ENDS].min(axis=-1))
-
-    def heading(self, points: Tensor) -> Tensor:
-        """Points (T, n, 3) of the world in the heading of the camera of their frame."""
-        import torch
-
-        cosine, sine = self.yaw.cos()[:, None], self.yaw.sin()[:, None]
-        x, y, z = points.unbind(-1)
-        return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
-
-    def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
-        """What landmarks (T, 33, 3) cost by where they are seen and by the depth of the bones,
-        (T,)."""
-        import torch
-
-        x, y, z = self.heading(landmarks).unbind(-1)
-        down = (self.tilt + tilt)[:, None]
-        ahead = (-y * down.sin() - z * down.cos()).clamp_min(0.3)
-        up = y * down.cos() - z * down.sin()
-        square = (
-            self.focal * torch.stack([x, -up], dim=-1) / ahead[..., None] - self.pixels
-        ).square().sum(-1) / self.heights[:, None] ** 2
-        cost: Tensor = robust_sum(square, weights=self.weights, scale=_ROBUST) / _KEYPOINT**2
-        along = z[:, _ENDS[:, 1]] - z[:, _ENDS[:, 0]]
-        along = (
-            along * (self.focal / ahead.detach().mean(dim=1, keepdim=True)) / self.heights[:, None]
-        )
-        gap = (along - self.depths).square()
-        return (
-            cost
-            + _DEPTH_WEIGHT
-            * robust_sum(gap, weights=self.depth_weights, scale=3 * _DEPTH)
-            / _DEPTH**2
-        )
 
 
 class FilmFit:
@@ -192,17 +109,17 @@ class FilmFit:
         start: Moves | None = None,
         progress: Progress | None = None,
     ) -> Moves:
-        """The body in every frame.
+        """Fit the body in every frame.
 
         Parameters
         ----------
         track : Track
         points : (T, 33, 3)
-            Its 3D landmarks, whose depths do not flicker (`a2v.footage.modes.steady_depths`).
+            Its 3D landmarks with steady depths (`a2v.footage.modes.steady_depths`).
         stands : Stands, optional
-            Feet that stand neither move nor leave the ground.
+            Feet that stand. They must neither move nor leave the ground.
         start : Moves, optional
-            Of an earlier fit: shape and tilt are kept.
+            An earlier fit whose shape and tilt are kept.
         progress : Progress, optional
             Over frames.
         """
@@ -225,6 +142,7 @@ class FilmFit:
         )
         window, done = self.settings.window, 0
         joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
+        wrists = np.zeros((track.frames, 2, 3, 3))
         while done < track.frames:
             first = max(0, done - FIXED)
             end = min(track.frames, done + window)
@@ -246,6 +164,7 @@ class FilmFit:
                     figure.joints(turns, heads).numpy(),
                     figure.landmarks(turns, heads).numpy(),
                 )
+                wrists[part] = turns[:, figure.wrists].numpy()
                 root[part], angles[part], place[part] = (
                     turns[:, 0].numpy(),
                     unknowns.angles.numpy(),
@@ -254,7 +173,7 @@ class FilmFit:
             done = end if end == track.frames else end - AGAIN
             if progress is not None:
                 progress(done, track.frames)
-        return Moves(joints=joints, landmarks=landmarks, shape=shape, tilt=tilt)
+        return Moves(joints=joints, landmarks=landmarks, wrists=wrists, shape=shape, tilt=tilt)
 
     def _window(
         self,
@@ -266,10 +185,10 @@ class FilmFit:
         kept: int,
         held: tuple[Tensor, float] | None,
     ) -> _Unknowns:
-        """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
+        """Minimize the cost over the unknowns of a window. The first `kept` frames do not change."""
         import torch
 
-        evidence = _Evidence(track, points)
+        evidence = Evidence(track, points)
         count = track.frames - kept
         easy = torch.from_numpy(smoother(count))
         base = torch.from_numpy(start[0].copy())
@@ -293,7 +212,7 @@ class FilmFit:
             cost = self._cost(now, evidence, marks, tilt) + self._smoothness(
                 joints, now.angles, track.times
             )
-            return cost if held is None else cost + _footing(joints, marks, track.times, held)
+            return cost if held is None else cost + footing(joints, marks, track.times, held)
 
         minimize(loss, free, steps=self.settings.steps, history=12, tolerance=1e-6)
         found = unknowns()
@@ -301,7 +220,7 @@ class FilmFit:
             found.base, *(values.detach() for values in (found.root, found.angles, found.place))
         )
 
-    def _cost(self, now: _Unknowns, evidence: _Evidence, marks: Tensor, tilt: Tensor) -> Tensor:
+    def _cost(self, now: _Unknowns, evidence: Evidence, marks: Tensor, tilt: Tensor) -> Tensor:
         cost = (
             evidence.seen(marks, tilt).sum()
             + outside(now.angles, self._limits, tolerance=0.03).sum()
@@ -309,17 +228,17 @@ class FilmFit:
         return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
 
     def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray) -> Tensor:
-        """What accelerations cost: squared while they are usual, and like their size beyond, so
-        that hits and kicks stay."""
+        """Cost of accelerations: quadratic for usual ones and linear beyond, so that hits and kicks
+        are kept."""
         cost = (
             _SMOOTH_WEIGHT
-            * _pseudo_huber(
-                _acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2
+            * pseudo_huber(
+                acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2
             ).sum()
         )
         return (
             cost
-            + _ANGLE_WEIGHT * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
+            + _ANGLE_WEIGHT * pseudo_huber(acceleration(angles, times).square() / _TURNS**2).sum()
         )
 
     # --- where it starts
@@ -339,7 +258,7 @@ class FilmFit:
             np.unique(np.linspace(0, len(order) - 1, SAMPLED).round().astype(int))
         ]
         part, own = track.part(chosen), points[chosen]
-        evidence = _Evidence(part, own)
+        evidence = Evidence(part, own)
         shape = torch.from_numpy(self.model.shape_default.astype(np.float64)).requires_grad_()
         tilt = torch.tensor(
             _believed_tilt(part, self.settings.height), dtype=torch.float64
@@ -382,7 +301,7 @@ class FilmFit:
         return shape.detach().numpy().copy(), float(tilt.detach())
 
     def _extent(self) -> Tensor:
-        """Vertices of the crown and of the sole."""
+        """Indices of the highest and the lowest vertex."""
         import torch
 
         rest = self.model.rest(torch.from_numpy(self.model.shape_default))[0]
@@ -391,8 +310,8 @@ class FilmFit:
     def _places(
         self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float
     ) -> FloatArray:
-        """Where the body is (T, 3) so that its hips are seen where they should be, as far away as
-        its size says."""
+        """Places (T, 3) at which the hips project to their pixels, at the distance that the height of
+        the person implies."""
         import torch
 
         with torch.no_grad():
@@ -417,46 +336,8 @@ class FilmFit:
         return placed
 
 
-@dataclass(frozen=True)
-class Stands:
-    """When feet stand, and on what.
-
-    Attributes
-    ----------
-    held : (T, 4)
-        How surely ankles and toes, left and right, stand.
-    ground : float
-        Height of the ground, meters.
-    """
-
-    held: FloatArray
-    ground: float
-
-
-def _footing(
-    joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]
-) -> Tensor:
-    """What feet cost that slide while they stand, that stand over the ground, or that are under
-    it."""
-    import torch
-
-    held, ground = stands
-    steps = torch.from_numpy(np.diff(times))[:, None]
-    speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
-    cost = (
-        torch.minimum(held[1:], held[:-1]) * geman_mcclure((speed / _SLIDE).square(), 10.0)
-    ).sum() * _SLIDE_WEIGHT
-    over = marks[:, SOLES, 1] - ground - SOLE  # (T, 2, 2)
-    stood = held.reshape(-1, 2, 2).amax(dim=-1)
-    cost = (
-        cost
-        + _GROUND_WEIGHT * (stood * geman_mcclure((over.amin(dim=-1) / _LEVEL).square(), 5.0)).sum()
-    )
-    return cost + _GROUND_WEIGHT * (over.clamp(max=0) / _LEVEL).square().sum()
-
-
 def _believed_tilt(track: Track, height: float) -> float:
-    """How far the camera looks down, radians, if it is held at the usual height and the person
+    """Angle in radians by which the camera looks down, if it has the usual height and the person
     stands on level ground."""
     away = float(np.median(track.focal * height / track.heights))
     heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(
@@ -464,19 +345,3 @@ def _believed_tilt(track: Track, height: float) -> float:
     )
     below = np.arctan2(HELD[0], away)
     return float(np.clip(np.median(below - np.arctan2(heels, track.focal) - track.tilt), -0.5, 0.5))
-
-
-def _pseudo_huber(square: Tensor) -> Tensor:
-    """2 (√(1 + x²) - 1) of x²: like the square where it is small, and linear beyond."""
-    return 2 * ((1 + square).sqrt() - 1)
-
-
-def _acceleration(values: Tensor, times: FloatArray) -> Tensor:
-    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which need not be
-    even."""
-    import torch
-
-    steps = torch.from_numpy(np.diff(times)).reshape(-1, *[1] * (values.ndim - 1))
-    speed = (values[1:] - values[:-1]) / steps
-    found: Tensor = 2 * (speed[1:] - speed[:-1]) / (steps[1:] + steps[:-1])
-    return found

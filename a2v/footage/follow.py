@@ -1,4 +1,4 @@
-"""From a video to a motion: the person in it, followed, fitted and put on the ground."""
+"""Turn a video into a motion: track the person, fit a body, put it on the ground."""
 
 from __future__ import annotations
 
@@ -14,45 +14,49 @@ from scipy.interpolate import CubicSpline
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
-from a2v.footage.fit import SOLE, SOLES, FilmFit, Moves, Stands
+from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.hands import Hands, nearest_turns, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
+from a2v.footage.terms import SOLE, SOLES, Stands
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
+from a2v.geometry.vectors import unit
 from a2v.io import sha256
-from a2v.kinematics.planting import PlantSettings, contacts, plant_feet
+from a2v.kinematics.foot_contacts import PlantSettings, contacts
+from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
 SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
-"""When a foot surely stands, by joints whose depth is guessed."""
+"""Limits for contacts of feet whose depth is estimated."""
 LOOKING = 0.8
-"""Share of the work that is looking at the pictures."""
+"""Share of the progress bar that the detectors take."""
 _LEGS = tuple(
     tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot"))
     for side in ("left", "right")
 )
 _FLOOR = 0.1
-"""Share of a clip in which feet that stand may be below the ground."""
+"""Share of the frames in which the lower foot may be below the ground."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Followed:
-    """What a video says.
+    """A motion from a video, and notes on it.
 
     Attributes
     ----------
     motion : Motion
-        Meters, y up, 30 frames a second; the person begins over the origin, and whoever faces the
-        camera faces +z.
+        Meters, y up, 30 frames per second. The person starts above the origin; the camera is in
+        the direction of +z.
     remarks : tuple of str
-        What was not seen, when, and what was left out.
+        What was not seen, with times, and what was left out.
     facts : dict
-        ``seconds`` of the video, ``frames`` that were looked at, ``seen`` of them, ``height`` and
-        ``tilt`` of the camera (meters, degrees).
+        Number of ``frames`` that were read, number of frames in which the person was ``seen``,
+        ``height`` and ``tilt`` of the camera (meters, degrees), and others.
     """
 
     motion: Motion
@@ -73,42 +77,25 @@ def follow_person(
     Parameters
     ----------
     path : path
-        Of a video with one person, mostly seen whole; its sound means nothing.
+        A video of one person who is seen mostly from head to foot. Sound is ignored.
     settings : FollowSettings, optional
     seconds : float, optional
-        How much of the video, from ``settings.start`` on; by default all of it, at most ten
-        minutes.
+        Length of the part that is used, from ``settings.start``. By default all of the video, at
+        most ten minutes.
     action : str
-        Name of the motion; the file's stem without it.
+        Name of the motion; by default the stem of the file.
     progress : Progress, optional
-        Over the frames of the video (twice in turn: looking and fitting count together).
+        Called with the work done and the total work, detectors and fit together.
 
     Raises
     ------
     InputError
-        It is no video that can be read, or nobody is in it.
+        The file is not a readable video, or no person is found in it.
     """
     settings = settings or FollowSettings()
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
-        if reel.seconds and settings.start >= reel.seconds:
-            raise InputError(
-                f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
-            )
-        expected = max(
-            1,
-            round(
-                min(limit, max(reel.seconds - settings.start, 0) or limit)
-                * min(reel.rate or RATE, RATE)
-            ),
-        )
-        sightings: list[Sighting] = []
-        for sighting in tracker.follow(
-            reel.frames(side=settings.side, start=settings.start, seconds=limit)
-        ):
-            sightings.append(sighting)
-            if progress is not None:
-                progress(min(len(sightings), expected), round(expected / LOOKING))
+        sightings, expected = _seen(reel, tracker, settings, limit, progress)
     piece = _longest(sightings, reel, settings, tracker)
     own = sightings[piece.first : piece.end]
     assert tracker.shape is not None
@@ -123,6 +110,8 @@ def follow_person(
 
     moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
+    hands = _hands(own, track, moves, motion.frames)
+    motion = motion if hands is None else with_hands(motion, hands)
     faces = _faces(own, track, motion.frames)
     remarks = [
         *told_reel(
@@ -138,11 +127,55 @@ def follow_person(
         **_facts(path, reel, sightings, track, moves),
         "from": settings.start + own[0].time,
         "expressions": len(faces),
+        "hands": [0.0, 0.0] if hands is None else hands.seen.round(2).tolist(),
     }
     return Followed(
         motion=replace(motion, provenance=dict(facts), expressions=faces or None),
         remarks=tuple(remarks),
         facts=facts,
+    )
+
+
+def _seen(
+    reel: Reel,
+    tracker: Tracker,
+    settings: FollowSettings,
+    limit: float,
+    progress: Progress | None,
+) -> tuple[list[Sighting], int]:
+    """All sightings of a video, and the number of frames that was expected."""
+    if reel.seconds and settings.start >= reel.seconds:
+        raise InputError(
+            f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
+        )
+    length = min(limit, max(reel.seconds - settings.start, 0) or limit)
+    expected = max(1, round(length * min(reel.rate or RATE, RATE))) if np.isfinite(length) else 1
+    sightings: list[Sighting] = []
+    frames = reel.frames(side=settings.side, start=settings.start, seconds=limit)
+    for sighting in tracker.follow(frames):
+        sightings.append(sighting)
+        if progress is not None:
+            progress(min(len(sightings), expected), round(expected / LOOKING))
+    return sightings, expected
+
+
+def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -> Hands | None:
+    """The hands at 30 frames a second; None if they are hardly seen."""
+    found = track_hands(
+        [one.hands for one in sightings],
+        moves.wrists,
+        track.yaw,
+        track.tilt + moves.tilt,
+        track.times,
+    )
+    if found is None:
+        return None
+    axes = evenly(found.axes.reshape(track.frames, -1), track.times, SHOWN_FPS)
+    fingers = evenly(found.fingers.reshape(track.frames, -1), track.times, SHOWN_FPS)
+    return Hands(
+        axes=nearest_turns(axes[:frames].reshape(frames, 2, 3, 3)),
+        fingers=unit(fingers[:frames].reshape(frames, *found.fingers.shape[1:])),
+        seen=found.seen,
     )
 
 
@@ -159,7 +192,7 @@ def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, Fl
 def _facts(
     path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], track: Track, moves: Moves
 ) -> dict[str, Any]:
-    """What `Followed.facts` says, but where the motion begins."""
+    """`Followed.facts` except for the start of the motion."""
     return {
         "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
         "seen": sum(one.keypoints is not None for one in sightings), "height": round(_camera_height(moves), 2),
@@ -170,7 +203,7 @@ def _facts(
 def _longest(
     sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker
 ) -> Piece:
-    """The piece with most frames in which the person is seen."""
+    """Choose the piece in which the person is seen in most frames."""
     if not sightings:
         raise InputError(f"{reel.source} has no frames from {settings.start:g} s on")
     pieces = pieces_of(sightings)
@@ -191,7 +224,7 @@ def _longest(
 
 
 def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves:
-    """The body in every frame; fitted once, and again with the feet that stand."""
+    """Fit the body in every frame, and again with the contacts of the feet."""
     points = steady_depths(track.points, track.pixels, track.heights, track.times, track.weights)
     fit = FilmFit(settings)
     first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
@@ -215,7 +248,7 @@ def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
 
 
 def standing(moves: Moves, times: FloatArray) -> Stands | None:
-    """When feet stand, of a body at `times` (T,), and on what; None where they never do."""
+    """Find the contacts of the feet of a body at `times` (T,); None if there is no contact."""
     even = evenly(moves.joints, times, SHOWN_FPS)
     if len(even) < 4:
         return None
@@ -233,7 +266,7 @@ def standing(moves: Moves, times: FloatArray) -> Stands | None:
 
 
 def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
-    """The joints at 30 frames a second, on the ground, with feet that stand."""
+    """Resample to 30 frames per second, put the joints on the ground and plant the feet."""
     skeleton = person_skeleton()
     lengths = np.median(bone_lengths(moves.joints, skeleton), axis=0)
     joints = on_lengths(evenly(moves.joints, track.times, SHOWN_FPS), skeleton, lengths)

@@ -1,5 +1,5 @@
-"""Whether each limb points to the front or to the back, chosen for the whole clip at once, so that
-depth does not flicker."""
+"""Choose for the whole clip whether each limb points to the front or to the back, so that depth does
+not flicker."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ LIMBS = tuple(
 STATES = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]], np.float64)
 """Signs of the depths of a limb's two bones: 1 is towards the camera."""
 _TOLD = 0.07
-"""Expected error of a bone's depth as the detectors tell it, relative to the height."""
+"""Expected error of the detectors' depth of a bone, relative to the height."""
 _MOST = 9.0
-"""What one frame's depth may cost at most, in squared standard deviations."""
+"""Largest cost of the depth of one frame, in squared standard deviations."""
 _SPEED = 1.6
-"""Usual speed at which a bone's depth changes, heights a second."""
+"""Usual speed at which the depth of a bone changes, heights per second."""
 _BACKWARDS = 0.15
 """Radians by which a knee may seem to bend to the front."""
 
@@ -36,12 +36,12 @@ def steady_depths(
     times: FloatArray,
     weights: FloatArray,
 ) -> FloatArray:
-    """3D landmarks whose limbs do not jump between front and back.
+    """Remove jumps of limbs between front and back from 3D landmarks.
 
     Of a bone of known length L that is seen l long, the depth is ±√(L² − l²). Which sign each bone
-    of a limb has is chosen by dynamic programming (Viterbi 1967) over four states a frame: what the
-    detectors say of depth, how fast depth changes, and that knees do not bend to the front. Depths
-    of the wrong sign are turned over; others stay as they are.
+    of a limb has is chosen by dynamic programming (Viterbi 1967) over four states a frame: the
+    depth that the detectors found, how fast depth changes, and that knees do not bend to the front.
+    Depths of the wrong sign are inverted.
 
     Parameters
     ----------
@@ -70,7 +70,9 @@ def steady_depths(
         )
         lengths = np.maximum(lengths, np.quantile(seen, 0.9, axis=0) * 0.97)
         deep = np.sqrt(np.maximum(lengths**2 - seen**2, 0))
-        deep = np.maximum(deep, np.minimum(np.abs(told), lengths))  # what is told may be more
+        deep = np.maximum(
+            deep, np.minimum(np.abs(told), lengths)
+        )  # the detected depth may be larger
         signs = _chosen(told, deep, times, weights[:, rows].min(axis=1), _knees(points, names))
         wrong = (signs * told < 0) & (np.abs(told) > 0.01)
         change = np.where(wrong, -2 * told, 0.0) * TYPICAL_HEIGHT
@@ -93,7 +95,7 @@ def _hanging(last: str) -> tuple[str, ...]:
 def _chosen(
     told: FloatArray, deep: FloatArray, times: FloatArray, weights: FloatArray, bends: FloatArray
 ) -> FloatArray:
-    """Signs (T, 2) of the cheapest way through the states."""
+    """Signs (T, 2) of the sequence of states with the lowest cost."""
     wanted = STATES[None] * deep[:, None]  # (T, 4, 2)
     cost = (
         weights[:, None] * np.minimum(((wanted - told[:, None]) / _TOLD) ** 2, _MOST).sum(-1)
@@ -116,8 +118,7 @@ def _chosen(
 
 
 def _knees(points: FloatArray, names: tuple[str, str, str]) -> FloatArray:
-    """What it costs (T, 4) that a knee bends to the front in each of the states; nothing for
-    arms."""
+    """Cost (T, 4) of each state for knees that bend to the front; zero for arms."""
     if not names[1].endswith("knee"):
         return np.zeros((len(points), 4))
     hip, knee, ankle = (points[:, LANDMARK_INDEX[name]] for name in names)

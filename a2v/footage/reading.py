@@ -1,5 +1,5 @@
-"""Frames of a video from outside, one after the other: upright, small, with their true times.
-Nothing is kept of them."""
+"""Read a user's video frame by frame: upright, reduced, with the true time stamps. Frames are not
+kept."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ SUFFIXES: tuple[str, ...] = (
     ".wmv",
     ".flv",
 )
-"""Names of videos end in these."""
+"""Suffixes of video files."""
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpeg,mpegts,asf,flv,mpegvideo"
-"""Containers that are opened; playlists, which name other files, are none of them."""
+"""Containers that are opened. Playlists are excluded because they name other files."""
 MOST_PIXELS = 8192 * 4608
-"""Pixels of the largest pictures that are decoded: 8K."""
+"""Number of pixels of the largest frames that are decoded: 8K."""
 LEAST_SIDE = 64
-"""Pixels of the shorter side of the smallest ones."""
+"""Shorter side in pixels of the smallest frames that are decoded."""
 RATE = 30.0
-"""Frames a second that are looked at; of videos with more, some are skipped."""
+"""Highest frame rate that is used. Frames of faster videos are skipped."""
 MOST_DAMAGED = 200
-"""Packets in a row that cannot be decoded, after which the rest is given up."""
+"""Number of consecutive packets that cannot be decoded after which reading stops."""
 LONGEST_GAP = 3600.0
-"""Seconds from one frame to the next that are believed."""
+"""Largest accepted time in seconds between two frames."""
 _NOT = "expected a video such as .mp4, .mov or .webm"
 
 
 def is_video(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is a video by its name."""
+    """Whether the suffix of a file is one of a video."""
     return Path(path).suffix.lower() in SUFFIXES
 
 
@@ -74,17 +74,18 @@ class Reel:
 
     Attributes
     ----------
-    source : what messages call it
+    source : str
+        Name of the video in messages.
     width, height : int
-        Pixels as the file has them, upright.
+        Size in pixels before the frames are reduced, upright.
     rate : float
-        Frames a second by the file; 0 where it does not say.
+        Frame rate according to the file; 0 if unknown.
     seconds : float
-        Length by the file; 0 where it does not say.
+        Length in seconds according to the file; 0 if unknown.
     turned : int
-        Degrees by which the pictures are turned, counter-clockwise.
+        Rotation of the frames in degrees, counter-clockwise.
     damaged : list of float
-        Times, seconds, at which packets could not be decoded.
+        Times in seconds at which packets could not be decoded.
     """
 
     source: str
@@ -124,7 +125,7 @@ class Reel:
         return count / (self.rate or RATE)
 
     def _decoded(self) -> Iterator[Any]:
-        """Frames as they come; what is damaged is skipped and noted."""
+        """Decode frames in order. Damaged packets are skipped and recorded."""
         import av
 
         yield self._first
@@ -172,12 +173,13 @@ class Reel:
 
 @contextmanager
 def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
-    """Open a video; nothing but the file itself is read, whatever it names.
+    """Open a video. No other file is read, even if the video names one.
 
     Raises
     ------
     InputError
-        It is missing, no video, has no frames, or its pictures are too large or too small.
+        The file is missing, is not a video, has no frames, or its frames are too large or too
+        small.
     """
     import av
 
@@ -187,18 +189,23 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
             container = av.open(
                 stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"}
             )
+        except av.EOFError:
+            raise InputError(f"{source} has no frames, or is cut off; {_NOT}") from None
         except (av.FFmpegError, ValueError, OSError) as error:
+            reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"{source} is no video that can be read ({shorten(error, 80)}); {_NOT}"
+                f"{source} is no video that can be read ({shorten(reason, 80)}); {_NOT}"
             ) from None
         with container:
             yield _reel(source, container)
 
 
 def _reel(source: str, container: Any) -> Reel:
-    """What the container says, checked, and its first frame."""
+    """Check the container and decode the first frame."""
     if not container.streams.video:
-        raise InputError(f"{source} has no pictures, only sound; {_NOT}")
+        if container.streams.audio:
+            raise InputError(f"{source} has no pictures, only sound; {_NOT}")
+        raise InputError(f"{source} has no frames; {_NOT}")
     stream = container.streams.video[0]
     context = stream.codec_context
     if context is None:

@@ -1,4 +1,4 @@
-"""What a film did not show, said by time."""
+"""Notes on what a video does not show, with times."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ PARTS: dict[str, tuple[str, ...]] = {
 }
 """Parts of a person, and their landmarks."""
 UNSURE = 0.35
-"""Mean confidence of a part's landmarks under which it is not seen."""
+"""Mean confidence of the landmarks of a part below which it is not seen."""
 SHORTEST = 0.4
-"""Seconds; what is not seen for a shorter time is not said."""
+"""Shortest time in seconds that is reported."""
 _MOST = 12
 
 
@@ -33,8 +33,8 @@ def clock(seconds: float) -> str:
 
 
 def unseen_parts(track: Track, start: float) -> list[str]:
-    """When which part of the person was not seen, a sentence each; `start` is the time of the
-    track's time 0 in the video."""
+    """Report when which part of the person was not seen, a sentence each. `start` is the time in the
+    video of the track's time 0."""
     said: list[tuple[float, str]] = []
     for part, names in {"person": BODY, **PARTS}.items():
         rows = [LANDMARK_INDEX[name] for name in names]
@@ -58,7 +58,8 @@ BODY: tuple[str, ...] = ("left_hip", "right_hip")
 
 
 def _spans(flags: BoolArray, track: Track) -> list[tuple[float, float]]:
-    """Times in which flags (T,) hold for `SHORTEST` or longer; gaps of two frames are none."""
+    """Spans of time in which flags (T,) hold for at least `SHORTEST`. Gaps of two frames are
+    closed."""
     found: list[tuple[float, float]] = []
     for index in np.flatnonzero(flags):
         begin = float(track.times[index])
@@ -73,7 +74,7 @@ def _spans(flags: BoolArray, track: Track) -> list[tuple[float, float]]:
 def told_pieces(
     pieces: Sequence[Piece], chosen: Piece, sightings: Sequence[Sighting], start: float
 ) -> list[str]:
-    """What is left out beside the chosen piece."""
+    """Report what is left out besides the chosen piece."""
     said = []
     cuts = [clock(start + one.time) for one in sightings if one.cut]
     span = f"{clock(start + sightings[chosen.first].time)} to {clock(start + sightings[chosen.end - 1].time)}"
@@ -100,8 +101,8 @@ def told_pieces(
 
 
 def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str]:
-    """What the file itself lacks: damage, length, more people; `last` is the time of the last frame
-    that was read, `asked` seconds were to be followed."""
+    """Report damage, length and further people. `last` is the time of the last frame that was read,
+    and `asked` the requested number of seconds."""
     said = []
     if reel.damaged:
         said.append(

@@ -8,9 +8,9 @@ from a2v.errors import InputError
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 
 CAMERAS = ("auto", "still")
-"""What is believed of the camera: found from the background, or that it stands still."""
+"""Camera motion: estimated from the background, or none."""
 LONGEST = 600.0
-"""Seconds of a video that are followed at most."""
+"""Longest part of a video that is used, seconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,28 +20,30 @@ class FollowSettings:
     Attributes
     ----------
     person : int
-        Who of several is followed: 1 is the largest where they are first seen, 2 the next one; 0
-        whoever is large and in the middle.
+        Which of several people is tracked: 1 is the largest when people are first seen, 2 the next
+        one; 0 chooses by size and distance from the center.
     start : float
-        Where to begin, seconds.
+        Start time, seconds.
     side : int
-        Longer side of the pictures that are looked at, pixels; larger videos are scaled while they
-        are decoded.
+        Longer side in pixels of the frames that the detectors see. Larger videos are reduced while
+        they are decoded.
     height : float
-        The person's standing height, meters; a video does not show it.
+        Standing height of the person, meters. It cannot be seen in a video.
     lens : float
-        Focal length as for 35 mm film, millimeters; 0: a telephone's.
+        Focal length as for 35 mm film, millimeters; 0 for that of a phone.
     camera : str
-        "auto": its turns are found from the background; "still": it stands on a tripod.
+        "auto": turns are estimated from the background; "still": the camera is on a tripod.
     face : bool
-        Look for the face, where it is large enough, and fit the 52 expressions to it.
+        Search the face, if it is large enough, and fit the 52 expressions to it.
+    hands : bool
+        Search the hands, if they are large enough, and add their fingers to the motion.
     acceleration : float
-        Usual acceleration of a joint, meters per square second: less is smoother. Errors beyond it
-        count linearly, so that hits stay.
+        Usual acceleration of a joint, meters per square second. Smaller values are smoother. Larger
+        accelerations cost linearly, so that hits are kept.
     window : int
-        Frames that are fitted together.
+        Number of frames that are fitted together.
     steps : int
-        L-BFGS iterations a window.
+        L-BFGS iterations per window.
     """
 
     person: int = 0
@@ -51,6 +53,7 @@ class FollowSettings:
     lens: float = 0.0
     camera: str = "auto"
     face: bool = True
+    hands: bool = True
     acceleration: float = 8.0
     window: int = 72
     steps: int = 60

@@ -1,5 +1,5 @@
-"""Where the fit of a film starts: recorded poses that are alike, smooth over time; and what makes
-it converge."""
+"""Initial values for the fit of a film (similar recorded poses, smoothed over time), and its
+preconditioner."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
 STIFF = 20.0
-"""How much more accelerations count than places, as `smoother` takes it."""
+"""Weight of second differences relative to values in `smoother`."""
 
 
 def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
-    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by
-    frame, in the world."""
+    """Find the most similar recorded pose for each frame: its orientation in the world (T, 3, 3) and
+    its angles (T, D)."""
     bank = load_pose_bank(model)
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     own = points[:, index].astype(np.float64)
@@ -43,7 +43,7 @@ def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArr
         roots[frame] = turned @ frames[frame] @ theirs[nearest].T @ bank.roots[nearest]
         angles[frame] = bank.angles[nearest]
     last = int(np.flatnonzero(track.seen)[0])
-    for frame in range(track.frames):  # whoever is not seen stays as they were
+    for frame in range(track.frames):  # an unseen person keeps the last pose
         if track.seen[frame]:
             last = frame
         roots[frame], angles[frame] = roots[last], angles[last]
@@ -66,11 +66,10 @@ def _trunks(points: FloatArray) -> FloatArray:
 
 
 def smoother(count: int) -> FloatArray:
-    """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with,
-    smooth changes are as easy as jagged ones are hard.
+    """Preconditioner (I + α D'D)^(-1/2) of shape (count, count) for second differences D.
 
-    L-BFGS needs hundreds of steps where neighbors in time hold each other, and tens where its
-    unknowns are changed by this (a preconditioner).
+    The smoothness term couples neighboring frames. L-BFGS needs hundreds of steps without this
+    change of variables, and tens with it.
     """
     if count < 3:
         return np.eye(count)
@@ -81,7 +80,7 @@ def smoother(count: int) -> FloatArray:
 
 
 def smooth_turns(rotmats: FloatArray, frames: float) -> FloatArray:
-    """Rotations (T, 3, 3), smooth over so many frames (standard deviation)."""
+    """Smooth rotations (T, 3, 3) with a Gaussian of a standard deviation of `frames`."""
     u, _, vt = np.linalg.svd(gaussian_filter1d(rotmats, frames, axis=0, mode="nearest"))
     sign = np.ones((len(u), 3))
     sign[:, 2] = np.linalg.det(u @ vt)
@@ -90,7 +89,7 @@ def smooth_turns(rotmats: FloatArray, frames: float) -> FloatArray:
 
 
 def bridged(values: FloatArray, track: Track) -> FloatArray:
-    """Values (T, n) with those of frames in which nobody is seen between the others'."""
+    """Interpolate values (T, n) over the frames in which the person is not seen."""
     at, seen = np.arange(track.frames), track.seen
     flat = values.reshape(len(values), -1)
     columns: list[FloatArray] = [

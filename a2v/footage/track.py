@@ -1,4 +1,4 @@
-"""What a piece of a film says of the person, as arrays over time; and the camera that saw it."""
+"""Observations of a person in a piece of film as arrays over time, and the motion of the camera."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from a2v.types import BoolArray, FloatArray, IntArray
 FILM = 43.27
 """Diagonal of 35 mm film, millimeters."""
 LENS = 28.0
-"""Focal length of a telephone that films, as for 35 mm film, millimeters: a little is cut off its
-26 of a photo."""
+"""Focal length of a phone that films, in millimeters as for 35 mm film: a phone's video shows a
+little less than its photos (26)."""
 BRIDGED = 1.0
-"""Seconds in which somebody may not be seen within one piece."""
+"""Longest time in seconds within one piece in which the person is not seen."""
 LEAST_SEEN = 6
-"""Frames in which the person is seen, fewer are no piece."""
+"""Smallest number of frames in a piece in which the person is seen."""
 _STILL = 0.004
-"""Share of the picture's width by which the background wanders where the camera stands still."""
+"""Shift of the background, relative to the width, below which the camera is still."""
 _TRUSTED = np.array([_TRUST[name] for name in BLAZEPOSE])
 _HEIGHT_FRAMES = 15
 
@@ -43,15 +43,15 @@ class Track:
         Landmarks from the middle of the picture, the camera's roll taken out: u to the right, v
         down.
     weights : (T, 33)
-        How much each counts; 0 where it is not seen.
+        Weight of each landmark; 0 if it is not seen.
     confidence : (T, 33)
-        As the detectors have it.
+        Confidence of the detectors.
     points : (T, 33, 3)
         Meters of a person of typical height, upright, in the heading of the camera.
     heights : (T,)
         Standing height of the person, pixels.
     yaw, tilt : (T,)
-        How the camera has turned since the first frame, radians, to its left and down.
+        Turn of the camera since the first frame, to its left and down, radians.
     focal : float
         Focal length, pixels.
     """
@@ -73,7 +73,7 @@ class Track:
         return len(self.times)
 
     def part(self, which: slice | IntArray) -> Track:
-        """Some of the frames."""
+        """Select frames."""
         arrays = {
             item.name: getattr(self, item.name)[which]
             for item in dataclasses.fields(self)
@@ -84,8 +84,8 @@ class Track:
 
 @dataclass(frozen=True)
 class Piece:
-    """Frames of one shot in which one person is seen without long gaps: those of `first` up to
-    before `end` of all sightings."""
+    """Frames of one shot in which the person is seen without long gaps: sightings `first` to
+    `end` - 1."""
 
     first: int
     end: int
@@ -93,8 +93,8 @@ class Piece:
 
 
 def pieces_of(sightings: Sequence[Sighting]) -> list[Piece]:
-    """The pieces in which the person is seen, in order; each begins and ends with a frame in which
-    they are."""
+    """Find the pieces in which the person is seen, in order. The person is seen in the first and the
+    last frame of each piece."""
     found: list[Piece] = []
     begin, last, count = -1, -1, 0
 
@@ -157,8 +157,8 @@ def track_of(
 
 
 def camera_turns(sightings: Sequence[Sighting], size: tuple[int, int], focal: float) -> FloatArray:
-    """How the camera has turned since the first frame: to its left, down, and the picture's turn
-    (3, T), radians; zero where it stands still."""
+    """Turns of the camera since the first frame (3, T), radians: to its left, down, and roll. Zeros
+    if it is still."""
     middle = np.array(size, np.float64) / 2
     turns = np.zeros((3, len(sightings)))
     for index, one in enumerate(sightings[1:], 1):

@@ -1,4 +1,4 @@
-"""The same person in every frame of a video: landmarks and face, picture by picture."""
+"""Track one person through a video: landmarks, face and hands per frame."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing_extensions import Self
 
 from a2v.errors import InputError
 from a2v.footage.background import Background
+from a2v.footage.hands import SIDES, HandTracker
 from a2v.footage.reading import Shown
 from a2v.footage.settings import FollowSettings
 from a2v.perception.bodymap import height_in_pixels, look_at_body, mended
@@ -23,44 +24,47 @@ from a2v.perception.face import FaceDetector
 from a2v.types import ByteArray, FloatArray
 
 SQUARE = 448
-"""Side of the square around the person that is looked at, pixels."""
+"""Side in pixels of the square around the person that the detectors see."""
 AROUND = 1.4
-"""That square by the longer side of the person's box."""
+"""Side of that square relative to the longer side of the person's box."""
 SAME_BOX = 0.25
-"""Least overlap (intersection over union) with where the person is expected."""
+"""Smallest overlap (intersection over union) with the expected box."""
 SAME_LOOK = 0.55
-"""Least likeness of colors (Bhattacharyya coefficient) of two pictures of one person."""
+"""Smallest similarity of colors (Bhattacharyya coefficient) of two pictures of one person."""
 RARELY = 10
-"""Frames from one thorough search for somebody who is lost to the next."""
+"""Number of frames between two searches of the whole picture for a lost person."""
 _EYES = 26.0
-"""Pixels of the square between the eyes' outer corners below which a face says little."""
+"""Distance in pixels between the outer corners of the eyes below which a face is not used."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sighting:
-    """What a frame says of the person.
+    """Observations of the person in one frame.
 
     Attributes
     ----------
     time : float
         Seconds.
     warp : (2, 3) float64
-        From the frame before, of the background (`a2v.footage.background.Change`).
+        From the previous frame, of the background (`a2v.footage.background.Change`).
     steady : bool
         Whether `warp` is known.
     cut : bool
         Another shot begins.
     keypoints : (33, 3) float32 or None
-        u, v in pixels of the picture, confidence; None where the person is not seen; so the others.
+        u, v in pixels of the picture, confidence. This and the following are None if the person
+        is not seen.
     points : (33, 3) float32 or None
         Meters of a person of typical height, from the middle of the hips, y up, +z towards the
-        camera, over the floor.
+        camera along the floor.
     height : float
-        Standing height, pixels, by the lengths of the limbs.
+        Standing height in pixels, from the lengths of the limbs.
     box : (4,) float32 or None
         Left, top, right, bottom, pixels.
     face : (478, 3) float16 or None
         Mediapipe's landmarks, in units of the eyes' distance from their middle: u, v, depth.
+    hands : pair of (21, 3) float16 or None
+        Left and right, as of `a2v.footage.hands.HandTracker.look`.
     """
 
     time: float
@@ -72,16 +76,17 @@ class Sighting:
     height: float = 0.0
     box: FloatArray | None = None
     face: FloatArray | None = None
+    hands: tuple[FloatArray | None, FloatArray | None] = (None, None)
 
 
 AHEAD = 4
-"""Frames in which the person is found before the body and face of the first of them are done."""
+"""Number of frames by which the search for the person runs ahead of body, face and hands."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Spotted:
-    """Where the person is in a frame: what the detector says in a square of the picture, its middle
-    (2,) and its pixels per pixel."""
+    """A person found in a frame: the detection in a square of the picture, the center of the square
+    (2,) and its scale."""
 
     person: Detection
     square: ByteArray
@@ -90,15 +95,15 @@ class _Spotted:
 
 
 class Tracker:
-    """Follows one person; use as a context manager.
+    """Track one person; use as a context manager.
 
-    Where the person is in a frame has to be known before the next one is looked at; what is seen of
-    body and face has not, and a second thread does it.
+    The next frame needs the place of the person in this one. It does not need body, face and hands,
+    which a second thread computes.
     """
 
     def __init__(self, settings: FollowSettings) -> None:
         self.settings = settings
-        self.people = 0  # most that were seen at once where somebody was looked for
+        self.people = 0  # largest number seen at once in a search
         self.shape: tuple[int, int] | None = None
         self._background = Background()
         self._box: FloatArray | None = None
@@ -111,13 +116,17 @@ class Tracker:
         self._aside = self._stack.enter_context(ThreadPoolExecutor(1))
         self._pose = self._stack.enter_context(Detector())
         self._face = self._stack.enter_context(FaceDetector()) if self.settings.face else None
+        self._hands = (
+            [self._stack.enter_context(HandTracker()) for _ in SIDES] if self.settings.hands else []
+        )
+        self._turn = 0
         return self
 
     def __exit__(self, *error: object) -> None:
         self._stack.close()
 
     def follow(self, frames: Iterable[Shown]) -> Iterator[Sighting]:
-        """The person in frame after frame."""
+        """Observe the person in every frame, in order."""
         waiting: deque[Future[Sighting]] = deque()
         for shown in frames:
             image, plain, spotted = self._spot(shown)
@@ -128,7 +137,7 @@ class Tracker:
             yield waiting.popleft().result()
 
     def _spot(self, shown: Shown) -> tuple[ByteArray, Sighting, _Spotted | None]:
-        """Where the person is in the next frame."""
+        """Find the person in the next frame."""
         image = shown.image
         if self.shape is None:
             self.shape = image.shape[0], image.shape[1]
@@ -155,7 +164,7 @@ class Tracker:
     # --- where
 
     def _find(self, image: ByteArray) -> _Spotted | None:
-        """The person, in a square of the picture: its middle (2,) and its pixels per pixel."""
+        """Find the person near the expected place, or else in the whole picture."""
         if self._box is not None and self._lost < RARELY:
             expected = self._box + self._speed
             found = self._find_near(image, expected)
@@ -204,7 +213,7 @@ class Tracker:
         )
 
     def _find_anywhere(self, image: ByteArray) -> _Spotted | None:
-        """Whoever is meant where nobody is followed; the one who was, where somebody is lost."""
+        """Search the whole picture: for the requested person at first, for the same person later."""
         shrink = min(1.0, 640 / max(image.shape[:2]))
         small = np.asarray(
             cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
@@ -233,7 +242,7 @@ class Tracker:
         return None
 
     def _meant(self, people: list[Detection], picture: ByteArray) -> Detection | None:
-        if self._look is not None and self._box is not None:  # whoever was followed
+        if self._look is not None and self._box is not None:  # the tracked person
             likely = [
                 (person, _likeness(self._look, _look_of(picture, person.mask))) for person in people
             ]
@@ -255,7 +264,7 @@ class Tracker:
     # --- what
 
     def _seen(self, image: ByteArray, plain: Sighting, spotted: _Spotted | None) -> Sighting:
-        """What the frame says of the person."""
+        """Observe body, face and hands of a person who was found."""
         if spotted is None:
             return plain
         person, middle, scale = spotted.person, spotted.middle, spotted.scale
@@ -275,7 +284,18 @@ class Tracker:
             height=float(height_in_pixels(found.landmarks) / scale),
             box=_in_picture(_box_of(person), middle, scale),
             face=self._see_face(image, keypoints),
+            hands=self._see_hands(image, keypoints),
         )
+
+    def _see_hands(
+        self, image: ByteArray, keypoints: FloatArray
+    ) -> tuple[FloatArray | None, FloatArray | None]:
+        """Landmarks of one hand; left and right take turns."""
+        found: list[FloatArray | None] = [None, None]
+        if self._hands:
+            self._turn = 1 - self._turn
+            found[self._turn] = self._hands[self._turn].look(image, keypoints, SIDES[self._turn])
+        return found[0], found[1]
 
     def _see_face(self, image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
         head = keypoints[:11]
@@ -301,8 +321,8 @@ def _some(person: Detection | None) -> list[Detection]:
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Left, top, right, bottom (4,) of a person's sure landmarks and mask, in the pixels of the
-    detection."""
+    """Left, top, right, bottom (4,) around the certain landmarks and the mask of a person, in pixels
+    of the detection."""
     rows, columns = np.nonzero(person.mask > 0.5)
     sure = person.keypoints[person.keypoints[:, 2] > 0.5, :2]
     low, high = sure.min(axis=0), sure.max(axis=0)
@@ -318,7 +338,7 @@ def _in_picture(box: FloatArray, middle: FloatArray, scale: float) -> FloatArray
 
 
 def _square_of(box: FloatArray) -> tuple[FloatArray, float]:
-    """Middle (2,) and half the side of the square that is looked at."""
+    """Center (2,) and half the side of the square that the detectors see."""
     low, high = box[:2].astype(np.float64), box[2:].astype(np.float64)
     return (low + high) / 2, max(AROUND * float((high - low).max()) / 2, 16.0)
 

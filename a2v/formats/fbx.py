@@ -9,6 +9,7 @@ npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import re
 import shutil
@@ -31,7 +32,8 @@ PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.
 exporter of skins and clips for it."""
 
 READER = WRITER.with_name("fbx_reader.mjs")
-SCALE = WRITER.with_name("fbx_scale.mjs")
+SHARED = (WRITER.with_name("fbx_scale.mjs"), WRITER.with_name("glb_parts.mjs"))
+"""What both scripts import."""
 
 SECONDS = 300
 """A script that takes longer is stopped."""
@@ -89,8 +91,8 @@ def write_fbx(
 
 
 def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:
-    """Write a GLB with one picture at most as binary FBX in centimeters, atomically; its clips have
-    `fps` keys per second.
+    """Write a GLB as binary FBX in centimeters, atomically; its clips have `fps` keys per second.
+    Pictures of color, normals and glow are embedded; others are left out.
 
     Raises
     ------
@@ -101,9 +103,15 @@ def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, 
         _run(WRITER, Path(source), temporary, f"{fps:g}")
 
 
-def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in meters, without its
-    pictures.
+def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Write the bones, skins, meshes, clips and pictures of an FBX as a GLB in meters.
+
+    Pictures are PNG or JPEG of color, normals and glow, embedded or in the folder of the FBX.
+
+    Returns
+    -------
+    tuple of str
+        Names of the pictures that are left out: other kinds of files, missing or over 64 MB.
 
     Raises
     ------
@@ -122,7 +130,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     if size > MAX_BYTES:
         raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     try:
-        _run(READER, source, Path(path))
+        return tuple(str(name) for name in json.loads(_run(READER, source, Path(path))))
     except MissingDependencyError:
         raise
     except A2VError as error:
@@ -136,8 +144,9 @@ def _plain(character: Character) -> Character:
     )
 
 
-def _run(script: Path, *arguments: str | Path) -> None:
-    """Run a script by Node beside the packages of npm, without the environment's own modules."""
+def _run(script: Path, *arguments: str | Path) -> str:
+    """Run a script by Node beside the packages of npm, without the environment's own modules;
+    returns what it prints."""
     node = find_node()
     if node is None:
         raise MissingDependencyError(
@@ -148,7 +157,7 @@ def _run(script: Path, *arguments: str | Path) -> None:
         name: value for name, value in os.environ.items() if not name.startswith("NODE_")
     }
     with tempfile.TemporaryDirectory() as folder:
-        for file in (script, SCALE):
+        for file in (script, *SHARED):
             shutil.copy(file, folder)  # imports are looked for beside the script
         link_folder(Path(folder) / "node_modules", modules.resolve())
         command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
@@ -178,3 +187,4 @@ def _run(script: Path, *arguments: str | Path) -> None:
         raise A2VError(
             f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used"
         )
+    return done.stdout

@@ -1,41 +1,48 @@
-// A GLB of ours as binary FBX in centimeters: three.js reads it, @comfyorg/fbx-exporter-three writes it.
+// Convert a GLB to binary FBX in centimeters: three.js reads it, @comfyorg/fbx-exporter-three writes it.
 // node fbx_writer.mjs in.glb out.fbx FPS, beside a node_modules that holds both packages.
 import { readFileSync, writeFileSync } from "node:fs";
-import { Matrix4, Quaternion, Scene, Texture, Vector3 } from "three";
+import { Matrix4, Quaternion, RepeatWrapping, Scene, Texture, Vector3 } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { FBXExporter } from "@comfyorg/fbx-exporter-three";
+import { glbOf, partsOf } from "./glb_parts.mjs";
 import { scaleLengths } from "./fbx_scale.mjs";
 
 const CENTIMETERS = 100;
 const APART = 0.03; // centimeters
+const SLOTS = { baseColorTexture: "map", normalTexture: "normalMap", emissiveTexture: "emissiveMap" }; // glTF's name: three.js'
 globalThis.self ??= globalThis; // GLTFLoader looks for URL there
 
-// The GLB without its pictures, which only a browser could decode, and the bytes of the base color's.
+// The GLB without its pictures, which only a browser could decode; the pictures; and which of them each slot of each material has.
 function withoutImages(data) {
-  const size = data.readUInt32LE(12);
-  const json = JSON.parse(data.subarray(20, 20 + size));
-  const binary = data.subarray(20 + size + 8);
-  let picture = null;
-  if (json.images?.length) {
-    const view = json.bufferViews[json.images[0].bufferView];
+  const { json, binary } = partsOf(data);
+  const pictures = (json.images ?? []).map((image, number) => {
+    const view = json.bufferViews[image.bufferView];
     const start = view.byteOffset ?? 0;
-    picture = { bytes: binary.subarray(start, start + view.byteLength), extension: json.images[0].mimeType === "image/png" ? "png" : "jpg" };
-  }
-  for (const material of json.materials ?? []) delete material.pbrMetallicRoughness?.baseColorTexture;
+    const name = (image.name ?? "").replaceAll(/[^\w.-]+/g, "_").replace(/\.\w+$/, "") || (number ? `texture_${number}` : "texture");
+    return { name, bytes: binary.subarray(start, start + view.byteLength), extension: image.mimeType === "image/png" ? "png" : "jpg" };
+  });
+  const slots = (json.materials ?? []).map((material) => {
+    const own = {};
+    for (const holder of [material, material.pbrMetallicRoughness ?? {}])
+      for (const name of Object.keys(holder).filter((key) => key.endsWith("Texture"))) {
+        if (SLOTS[name]) own[SLOTS[name]] = json.textures[holder[name].index].source;
+        delete holder[name];
+      }
+    return own;
+  });
   delete json.images;
   delete json.textures;
-  return { glb: glbOf(json, binary.subarray(0, json.buffers[0].byteLength)), picture };
+  const glb = glbOf(json, binary.subarray(0, json.buffers[0].byteLength));
+  return { glb: glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.length), pictures, slots };
 }
 
-function glbOf(json, binary) {
-  const text = Buffer.from(JSON.stringify(json));
-  const [first, second] = [text, binary].map((part) => Math.ceil(part.length / 4) * 4);
-  const glb = Buffer.alloc(28 + first + second, " ");
-  [0x46546c67, 2, glb.length, first, 0x4e4f534a].forEach((word, i) => glb.writeUInt32LE(word, 4 * i));
-  text.copy(glb, 20);
-  [second, 0x004e4942].forEach((word, i) => glb.writeUInt32LE(word, 20 + first + 4 * i));
-  binary.copy(glb, 28 + first);
-  return glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.length);
+// Give each material its pictures, as textures of their names alone.
+function nameTextures(gltf, pictures, slots) {
+  const textures = pictures.map((picture) => Object.assign(new Texture(), { name: picture.name, wrapS: RepeatWrapping, wrapT: RepeatWrapping, userData: { picture } }));
+  gltf.scene.traverse((object) => {
+    for (const material of object.isMesh ? [object.material].flat() : [])
+      for (const [slot, number] of Object.entries(slots[gltf.parser.associations.get(material)?.materials] ?? {})) material[slot] = textures[number];
+  });
 }
 
 function inCentimetres(scene, animations) {
@@ -100,16 +107,19 @@ function sparse(channel) {
 }
 
 const [source, target, fps] = process.argv.slice(2);
-const { glb, picture } = withoutImages(readFileSync(source));
+const { glb, pictures, slots } = withoutImages(readFileSync(source));
 const gltf = await new GLTFLoader().parseAsync(glb, "");
+nameTextures(gltf, pictures, slots);
 const scene = new Scene();
 scene.add(...gltf.scene.children);
 inCentimetres(scene, gltf.animations);
 scene.updateMatrixWorld(true);
 apart(scene, gltf.animations);
-if (picture) scene.traverse((object) => object.isSkinnedMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
 const exporter = new FBXExporter().register((plan) => {
-  for (const [, entry] of plan.textures.textures) Object.assign(entry, { imageBytes: picture.bytes, extension: picture.extension, fileName: `texture.${picture.extension}` });
+  for (const [texture, entry] of plan.textures.textures) {
+    const { name, bytes, extension } = texture.userData.picture;
+    Object.assign(entry, { imageBytes: bytes, extension, fileName: `${name}.${extension}` });
+  }
   for (const stack of plan.animStacks) {
     for (const node of stack.curveNodes) if (node.attrName === "R") steady(node.curves);
     stack.curveNodes = stack.curveNodes.filter((node) => node.fbxProp !== "DeformPercent" || node.curves[0].values.some((value) => value !== 0));

@@ -3,13 +3,16 @@ with."""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.vectors import unit
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 
@@ -45,15 +48,32 @@ def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
     )
 
 
+_PLOTTING = "open3d.visualization.draw_plotly"
+"""Module of open3d that draws in a web page. It imports Dash and Plotly, and nothing here uses
+it."""
+
+
+def load_open3d() -> Any:
+    """Return the module `open3d`, imported without Dash, Flask and Plotly.
+
+    That saves more than a half of the import's processor time.
+    """
+    if "open3d" not in sys.modules:
+        empty: Any = ModuleType(_PLOTTING)
+        empty.get_plotly_fig = empty.draw_plotly = empty.draw_plotly_server = None
+        sys.modules.setdefault(_PLOTTING, empty)
+    import open3d
+
+    return open3d
+
+
 def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any:
     """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) meters and faces (F, 3),
     built on `threads` threads (0: all cores).
 
     It takes float32 arrays: rays (..., 6), an origin and a direction each, or points (..., 3).
     """
-    import open3d
-
-    scene: Any = open3d.t.geometry.RaycastingScene(nthreads=threads)
+    scene: Any = load_open3d().t.geometry.RaycastingScene(nthreads=threads)
     scene.add_triangles(
         np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32)
     )
@@ -61,11 +81,16 @@ def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any
 
 
 class RayScene:
-    """Embree (by open3d) on one thread: rays, shadows and closest points of one mesh."""
+    """Embree (by open3d): rays, shadows and closest points of one mesh.
+
+    Queries run on `a2v.system.thread_count` threads. Each is answered by itself, so the number of
+    threads does not change any answer.
+    """
 
     def __init__(self, vertices: FloatArray, faces: IntArray):
         """`vertices` (V, 3), `faces` (F, 3)."""
         self.vertices, self.faces = vertices, faces
+        self._threads = thread_count()
         self._scene = ray_scene(vertices, faces)
 
     def _rays(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
@@ -75,7 +100,7 @@ class RayScene:
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> Hits:
         """First hits of rays from `origins` (n, 3) along `directions` (n, 3) or (3,)."""
-        found = self._scene.cast_rays(self._rays(origins, directions), nthreads=1)
+        found = self._scene.cast_rays(self._rays(origins, directions), nthreads=self._threads)
         distance = found["t_hit"].numpy()
         return Hits(
             np.isfinite(distance),
@@ -87,7 +112,9 @@ class RayScene:
     def occluded(self, origins: FloatArray, directions: FloatArray) -> BoolArray:
         """Whether rays (n,) meet anything at all."""
         return np.asarray(
-            self._scene.test_occlusions(self._rays(origins, directions), nthreads=1).numpy()
+            self._scene.test_occlusions(
+                self._rays(origins, directions), nthreads=self._threads
+            ).numpy()
         )
 
     def crossings(self, points: FloatArray, normals: FloatArray) -> IntArray:
@@ -96,7 +123,9 @@ class RayScene:
         direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm(
             [0.0123, 0.0345, 1.0]
         )  # along no edge of anything
-        found = self._scene.list_intersections(self._rays(points, direction), nthreads=1)
+        found = self._scene.list_intersections(
+            self._rays(points, direction), nthreads=self._threads
+        )
         ray, face = (
             found["ray_ids"].numpy().astype(np.int64),
             found["primitive_ids"].numpy().astype(np.int64),
@@ -111,7 +140,7 @@ class RayScene:
         """All hits of rays with faces of normals (F, 3), in no order: the number (h,) of the ray,
         its length (h,), and whether it goes in (h,)."""
         rays = self._rays(origins, directions)
-        found = self._scene.list_intersections(rays, nthreads=1)
+        found = self._scene.list_intersections(rays, nthreads=self._threads)
         ray, face = (
             found["ray_ids"].numpy().astype(np.int64),
             found["primitive_ids"].numpy().astype(np.int64),
@@ -122,7 +151,7 @@ class RayScene:
     def closest(self, points: FloatArray) -> Hits:
         """Closest points of the mesh to `points` (n, 3)."""
         found = self._scene.compute_closest_points(
-            np.ascontiguousarray(points, np.float32), nthreads=1
+            np.ascontiguousarray(points, np.float32), nthreads=self._threads
         )
         distance = np.linalg.norm(points - found["points"].numpy(), axis=1)
         face, uv = found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy()

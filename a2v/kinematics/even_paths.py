@@ -1,4 +1,4 @@
-"""Paths over time without shakes: smoothing that keeps what is slow as it is, unlike a Gaussian."""
+"""Smooth paths over time; slow parts do not change, unlike with a Gaussian."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ _THIRD = (-1.0, 3.0, -3.0, 1.0)
 
 
 def evened(paths: FloatArray, width: float) -> FloatArray:
-    """Paths (..., T, C) that are near the given ones and have little jerk: least squares of the
-    distances and of third differences over time (Whittaker 1923).
+    """Smooth paths (..., T, C) by least squares of the distances and of third differences over time
+    (Whittaker 1923).
 
-    One banded system does for all paths. Parabolas stay what they are, at the ends too.
+    One banded system is solved for all paths. Parabolas do not change, at the ends either.
 
     Parameters
     ----------
     paths : (..., T, C) float
-        At least four frames, or they are returned as they are.
+        Fewer than four frames are returned unchanged.
     width : float
         Frames: waves of some 2 pi times this length lose half of their height.
     """
@@ -42,7 +42,7 @@ def evened(paths: FloatArray, width: float) -> FloatArray:
 
 
 def evened_cycle(paths: FloatArray, width: float) -> FloatArray:
-    """The same for paths (T, C) whose first frame follows the last; `width` in frames.
+    """Smooth paths (T, C) whose first frame follows the last, as `evened` does; `width` in frames.
 
     A cycle's system is circulant, so that the discrete Fourier transform solves it.
     """

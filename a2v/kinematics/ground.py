@@ -1,5 +1,4 @@
-"""Where a person is on the ground and which way they face, with and without the sway that belongs
-to a step."""
+"""Position and heading of a person on the ground, with and without the sway of steps."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ SWAY_SECONDS = 0.35
 
 @dataclass(frozen=True)
 class GroundTrajectory:
-    """Where a person is on the ground, frame by frame.
+    """Position and heading of a person on the ground in each frame.
 
     Attributes
     ----------
@@ -36,7 +35,7 @@ class GroundTrajectory:
     heading: FloatArray
 
     def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundTrajectory:
-        """The path without the sway of steps; its ends go on in their own direction."""
+        """The path without the sway of steps; its ends continue in their own direction."""
         return GroundTrajectory(
             smoothed(self.position, seconds * fps),
             smoothed(self.heading[:, None], seconds * fps)[:, 0],
@@ -72,7 +71,7 @@ def trajectory_of(
     joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str
 ) -> GroundTrajectory:
     """`ground_trajectory` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones;
-    `whose` is what an error sentence names.
+    `whose` names it in errors.
 
     Raises
     ------
@@ -83,7 +82,7 @@ def trajectory_of(
     pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
     if missing := [name for pair in pairs for name in pair if name not in found]:
         raise InputError(
-            f"the {whose} has no {missing[0].replace('_', ' ')}; it says not which way the person faces"
+            f"the {whose} has no {missing[0].replace('_', ' ')}; it does not tell which way the person faces"
         )
     places = joints.astype(np.float64)
     left = sum(
@@ -93,12 +92,11 @@ def trajectory_of(
 
 
 class Sided(Protocol):
-    """What says which joints (left, right) are hips and shoulders: a `Skeleton`, or what is kept of
-    one."""
+    """Has left and right hip and shoulder joints: a `Skeleton`, or a part of one."""
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Its name in messages."""
 
     @property
     def hips(self) -> tuple[int, int] | None:
@@ -182,8 +180,8 @@ def yaw_to_rotmat(yaw: FloatArray) -> FloatArray:
 
 
 def smoothed(points: FloatArray, sigma: float) -> FloatArray:
-    """A path (T, n) through a Gaussian of standard deviation `sigma` frames, without lag; a
-    straight path stays what it is."""
+    """Smooth a path (T, n) by a Gaussian of standard deviation `sigma` frames, without lag; a
+    straight path does not change."""
     from scipy.ndimage import gaussian_filter1d
 
     if sigma < 0.15 or len(points) < 3:

@@ -1,5 +1,4 @@
-"""Limbs of plain joints that reach for a place: knees and elbows give way, bones keep their
-lengths."""
+"""Two-bone inverse kinematics of plain joints: knees and elbows bend, bones keep their lengths."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from a2v.kinematics.skeleton import Skeleton
 from a2v.types import FloatArray
 
 REACH = 0.999
-"""Share of a limb's length that is its longest."""
+"""Largest reach of a limb as a share of its length."""
 
 
 def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:

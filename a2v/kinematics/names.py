@@ -1,4 +1,5 @@
-"""Which joint is the left elbow: names of joints across data sets, capture systems and rigs.
+"""Find canonical joints, such as the left elbow, by the names of joints across data sets, capture
+systems and rigs.
 
 The *canonical* names are those of `a2v.kinematics.HUMANACT12` (SMPL's order), plus ``head_top``,
 ``left_toes``, ``left_thumb`` and their right twins. Known are the names of SMPL, HumanAct12, the

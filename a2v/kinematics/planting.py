@@ -1,104 +1,30 @@
-"""Feet that stand where they stand: contacts by each foot's own floor, the body carried along with
-them, legs that reach.
+"""Plant feet: hold feet in contact in place, carry the body along with them, bend legs to reach.
 
-Models say where feet are only roughly, so that they slide by decimeters while they should stand.
+Models place feet only roughly, so that feet slide by decimeters while in contact.
 Here a foot is an ankle and a toe, and clips come in batches; a person's rig with heels, toes and
 soles is cleaned by `a2v.animation.grounding`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
 from a2v.kinematics.even_paths import evened
+from a2v.kinematics.foot_contacts import (
+    PLANT,
+    PlantSettings,
+    bridge_gaps,
+    contacts,
+    runs_of,
+    speeds_of,
+)
 from a2v.kinematics.limbs import REACH, bend_to, legs_of
 from a2v.kinematics.skeleton import Skeleton
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.types import BoolArray, FloatArray
 
-
-@dataclass(frozen=True, kw_only=True)
-class PlantSettings:
-    """When a foot stands, and what moves so that it does.
-
-    Attributes
-    ----------
-    height : float
-        Meters over its own floor at which a foot that does not move is no longer near it.
-    speed, share : float
-        Meters a second at which a foot on its floor no longer stands, and what each meter a second
-        of the body adds to that: the feet of a generated runner slide with the body, but far slower
-        than they swing.
-    least, most : float
-        A foot whose height and speed, in these units, add up to less than `least` stands; the
-        better one of two stands up to `most`, as somebody has to.
-    low : float
-        Meters over its own floor up to which the better foot has to stand; higher, the person
-        flies.
-    shortest : float
-        Seconds; shorter contacts are dropped, shorter gaps are closed.
-    carry : float
-        Share of what standing feet slide that the whole body is moved back by.
-    sway : float
-        Seconds (standard deviation) over which that is smoothed.
-    ease : float
-        Seconds (standard deviation) over which a correction of a foot begins and ends.
-    even : float
-        Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections
-        leave.
-    clearance, rise : float
-        Meters of air under a foot that swings, and seconds in which it gets there.
-    reach : float
-        Largest drop of the pelvis, meters, for a leg that is too short for its place.
-    settled : bool
-        Whether the ground is level: feet that stand come down to their own floor. Else they stand
-        on steps, whose heights are found (`step_levels`).
-    """
-
-    height: float = 0.06
-    speed: float = 0.5
-    share: float = 0.4
-    least: float = 1.0
-    most: float = 2.2
-    low: float = 0.06
-    shortest: float = 0.1
-    carry: float = 1.0
-    sway: float = 0.12
-    ease: float = 0.04
-    even: float = 0.033
-    clearance: float = 0.045
-    rise: float = 0.12
-    reach: float = 0.12
-    settled: bool = True
-
-
-PLANT = PlantSettings()
-LOW_SECONDS = 0.8
-"""Seconds over which a foot's floor is its lowest level, where the ground has steps."""
-LOW_QUANTILE = 0.05
-"""Share of a clip in which a foot may be below its own floor."""
-LEAST_STEP = 0.07
-"""Meters over the ground from which a foot stands on something."""
-SAME_STEP = 0.045
-"""Meters between two levels that are one."""
 CLEAR_SECONDS = 0.07
-"""Over which a foot that has to be higher begins to rise before, and comes down after."""
-STEP_QUANTILE = 0.02
-"""Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
-
-
-def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatArray:
-    """The level that a joint of a foot with `heights` (..., T) stands on: (..., T), one for the
-    clip, or, with `steps`, the lowest nearby."""
-    if not steps:
-        return np.broadcast_to(
-            np.quantile(heights, LOW_QUANTILE, axis=-1, keepdims=True), heights.shape
-        )
-    width = max(1, round(LOW_SECONDS * fps))
-    floor: FloatArray = minimum_filter1d(heights, width, axis=-1, mode="nearest")
-    return floor
+"""Seconds before and after a required rise of a foot over which it goes up and down."""
 
 
 def plant_feet(
@@ -109,18 +35,18 @@ def plant_feet(
     settings: PlantSettings = PLANT,
     stays: FloatArray | None = None,
 ) -> FloatArray:
-    """Clips whose standing feet stay where they are.
+    """Hold feet in contact in place.
 
     Parameters
     ----------
     joints : (..., T, J, 3) float
         Meters, y up; the ground is level unless not ``settings.settled``.
     skeleton : Skeleton
-        Without two legs whose feet are their ends the clips are returned as they are.
+        Clips without two legs that end in feet are returned unchanged.
     fps : float
     settings : PlantSettings
     stays : (T,) float or None
-        How much of each frame stays as it is, in [0, 1].
+        Share of each frame that stays unchanged, in [0, 1].
 
     Returns
     -------
@@ -151,145 +77,9 @@ def plant_feet(
     return clips.astype(np.float32).reshape(joints.shape)
 
 
-def contacts(
-    feet: FloatArray, root: FloatArray, fps: float, settings: PlantSettings = PLANT
-) -> tuple[BoolArray, BoolArray, FloatArray]:
-    """When feet stand, by height over their own floor and by speed.
-
-    Parameters
-    ----------
-    feet : (2, N, T, 2, 3) float
-        Ankle and toe of both legs, meters.
-    root : (N, T, 3) float
-
-    Returns
-    -------
-    stands : (2, N, T) bool
-    by_toe : (2, N, T) bool
-        Whether the toe is what stands, rather than the heel.
-    floor : (2, N, T, 2) float
-        Own floor of ankles and toes.
-    """
-    floor = np.stack(
-        [own_floor(feet[..., part, 1], fps, steps=not settings.settled) for part in (0, 1)], axis=-1
-    )
-    over = np.maximum(feet[..., 1] - floor, 0)
-    speed = _speed(feet[..., [0, 2]], fps)
-    body = gaussian_filter1d(_speed(root[..., [0, 2]], fps), 0.2 * fps, axis=-1, mode="nearest")
-    cost = (
-        over / settings.height + speed / (settings.speed + settings.share * body)[None, :, :, None]
-    )
-    by_toe = cost[..., 1] <= cost[..., 0] + 0.1
-    best = cost.min(axis=-1)
-    low = over.min(axis=-1) < settings.low
-    has_to = (best <= best[::-1]) & low & (best < settings.most)
-    stands = _without_short((best < settings.least) | has_to, settings.shortest * fps)
-    if not settings.settled:
-        ground = np.quantile(feet[..., 1], STEP_QUANTILE, axis=2).min(axis=0)
-        floor = (
-            ground[None, :, None]
-            + step_levels(feet[..., 1] - ground[None, :, None], stands)[..., None]
-        )
-    return stands, by_toe, floor
-
-
-def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
-    """How high what each foot stands on is over the ground, between contacts smoothly from one
-    level to the next.
-
-    Levels of all contacts that lie within `SAME_STEP` of one another are one step; under
-    `LEAST_STEP` they are the ground.
-
-    Parameters
-    ----------
-    heights : (2, N, T, 2) float
-        Of ankles and toes over the ground, meters.
-    stands : (2, N, T) bool
-
-    Returns
-    -------
-    (2, N, T) float
-    """
-    levels = np.zeros((*stands.shape, 1))
-    lower = heights.min(axis=-1)
-    for clip in range(stands.shape[1]):
-        which, number, counts, _ = _runs(stands[:, clip])
-        if not len(counts):
-            continue
-        own = lower[:, clip][which]
-        rises = np.array([np.median(own[number == run]) for run in range(len(counts))])
-        order = np.argsort(rises)
-        group = np.concatenate([[0], np.cumsum(np.diff(rises[order]) > SAME_STEP)])
-        means = np.bincount(group, rises[order] * counts[order]) / np.bincount(group, counts[order])
-        level = np.zeros(len(counts))
-        level[order] = np.where(means[group] < LEAST_STEP, 0.0, means[group])
-        held = np.zeros(which.shape)
-        held[which] = level[number]
-        levels[:, clip, :, 0] = held
-    flat = levels.reshape(-1, *levels.shape[2:])
-    _bridge(flat, stands.reshape(-1, stands.shape[-1]))
-    found: FloatArray = flat.reshape(stands.shape)
-    return found
-
-
-def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatArray, BoolArray]:
-    """How high over the ground what each foot of a clip stands on is (2, T), and when it stands (2,
-    T), where the ground has steps.
-
-    Parameters
-    ----------
-    feet : (2, T, 2, 3) float
-        Ankle and toe of both legs, meters.
-    root : (T, 3) float
-    fps : float
-    """
-    stands, _, floor = contacts(feet[:, None], root[None], fps, PlantSettings(settled=False))
-    level = floor[:, 0, :, 0]
-    return level - np.quantile(feet[..., 0, 1], STEP_QUANTILE, axis=1).min(), stands[:, 0]
-
-
-def _speed(points: FloatArray, fps: float) -> FloatArray:
-    """Speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D), the slower of both
-    steps."""
-    axis = -2 if points.ndim == 3 else -3
-    steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1) * fps
-    at = axis + 1
-    first, last = np.take(steps, [0], axis=at), np.take(steps, [-1], axis=at)
-    slower: FloatArray = np.minimum(
-        np.concatenate([first, steps], axis=at), np.concatenate([steps, last], axis=at)
-    )
-    return slower
-
-
-def _without_short(flags: BoolArray, frames: float) -> BoolArray:
-    """Flags (..., T) without gaps, and then without runs, that are shorter than `frames`."""
-    flat = flags.reshape(-1, flags.shape[-1]).copy()
-    for value in (False, True):
-        which, number, counts, ends = _runs(flat == value)
-        short = counts < min(frames, flat.shape[-1])
-        if not value:
-            short &= ~ends  # what lies before the first contact and after the last is no gap
-        flat[which] ^= short[number]
-    return flat.reshape(flags.shape)
-
-
-def _runs(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
-    """Of flags (N, T): the flags, the number of its run for each frame that has one, the runs'
-    lengths, and whether they touch an end."""
-    begins = flags & ~np.concatenate([np.zeros_like(flags[:, :1]), flags[:, :-1]], axis=1)
-    number = np.cumsum(begins.reshape(-1)).reshape(flags.shape)[flags] - 1
-    counts = np.bincount(number, minlength=int(begins.sum()))
-    ends = np.zeros(len(counts), bool)
-    at = np.zeros(flags.shape, int)
-    at[flags] = number
-    for column in (0, -1):
-        ends[at[flags[:, column], column]] = True
-    return flags, number, counts, ends
-
-
 def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
-    """What the part of a foot that stands moves from the frame before (2, N, T, 2), over the
-    ground; the first frame's is 0."""
+    """Step over the ground of the part of each foot in contact since the frame before (2, N, T, 2);
+    0 in the first frame."""
     steps = np.diff(feet[..., [0, 2]], axis=2, prepend=feet[:, :, :1][..., [0, 2]])
     toe = by_toe.copy()
     toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it has stood before
@@ -300,8 +90,7 @@ def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
 def _carried(
     stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """Where the whole body is moved (N, T, 2) so that standing feet slide less: their steps are
-    taken off its path."""
+    """Offset of the whole body (N, T, 2) that takes the slide of feet in contact off its path."""
     both = stands.copy()
     both[:, :, 1:] &= stands[:, :, :-1]
     both[:, :, 0] = False
@@ -319,11 +108,11 @@ def _carried(
 def _moves(
     stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """What moves each foot (2, N, T, 3): standing, it stays at the middle of where it slid, on its
-    floor; smooth between."""
+    """Offset of each foot (2, N, T, 3): in contact it stays at the mean of its slide, on its floor;
+    smooth between."""
     shape = stands.shape
     flat = stands.reshape(-1, shape[-1])
-    which, number, counts, _ = _runs(flat)
+    which, number, counts, _ = runs_of(flat)
     slid = -np.cumsum(steps.reshape(-1, shape[-1], 2), axis=1)
     move = np.zeros((*flat.shape, 3))
     height = -over.min(axis=-1).reshape(flat.shape)
@@ -334,7 +123,7 @@ def _moves(
         held[which] = own - mean[number]
         move[..., 2 * axis] = held
     move[..., 1] = np.where(flat, height, 0)
-    _bridge(move, flat)
+    bridge_gaps(move, flat)
     smooth = gaussian_filter1d(move, settings.ease * fps, axis=1, mode="nearest")
     # standing feet keep what holds them, and come to it where they land
     inner = minimum_filter1d(flat.astype(float), 3, axis=1, mode="nearest")[..., None]
@@ -342,28 +131,12 @@ def _moves(
     return moved
 
 
-def _bridge(move: FloatArray, flags: BoolArray) -> None:
-    """Fill rows (N, T, C) where no flag (N, T) is, in place: smoothly from the last flagged row to
-    the next, constant beyond the ends."""
-    frames = flags.shape[1]
-    at = np.arange(frames)
-    before = np.maximum.accumulate(np.where(flags, at, -1), axis=1)
-    after = np.minimum.accumulate(np.where(flags, at, frames)[:, ::-1], axis=1)[:, ::-1]
-    some = flags.any(axis=1)
-    first, last = np.where(before < 0, after, before), np.where(after >= frames, before, after)
-    first, last = np.where(some[:, None], first, 0), np.where(some[:, None], last, 0)
-    share = np.where(last > first, (at - first) / np.maximum(last - first, 1), 0.0)
-    share = (share * share * (3 - 2 * share))[..., None]
-    rows = np.arange(len(flags))[:, None]
-    move[:] = (1 - share) * move[rows, first] + share * move[rows, last]
-
-
 def _cleared(
     over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings
 ) -> FloatArray:
-    """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear
-    of it while it swings."""
-    swings = np.clip((_speed(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
+    """Rise of each foot (2, N, T) that keeps it out of its floor, and clear of it while it
+    swings."""
+    swings = np.clip((speeds_of(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
     frames = max(1, round(settings.rise * fps))
     rising = gaussian_filter1d(
         minimum_filter1d(swings, frames, axis=-1, mode="nearest"),
@@ -388,7 +161,7 @@ def _reach(
     fps: float,
     settings: PlantSettings,
 ) -> None:
-    """Bring feet to where `move` (2, N, T, 3) has them, in place, as far as frames are `free` (T,):
+    """Move feet by `move` (2, N, T, 3), in place, as far as frames are `free` (T,):
     the pelvis comes down for legs that are too short, knees give way."""
     drop = np.zeros(clips.shape[:2])
     targets = []

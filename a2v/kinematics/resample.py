@@ -1,4 +1,4 @@
-"""Another frame rate for a motion, without kinks and without drift."""
+"""Resample motions to another frame rate, without kinks and without drift."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from a2v.kinematics.orientations import rotvecs_of
 from a2v.types import FloatArray, Motion
 
 SHOWN_FPS = 30.0
-"""Frames a second of what is shown and exported, unless another rate is asked for."""
+"""Default frame rate of videos and exports, frames per second."""
 
 MAX_JOINT_FRAMES = 1_000_000
-"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700
-bytes a joint and frame."""
+"""Joints times frames of the longest clip that is read or resampled; one takes about 700 bytes per
+joint and frame in memory."""
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:

@@ -1,4 +1,4 @@
-"""How legs stand, by landmarks."""
+"""Judge by landmarks whether legs are straight and upright."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from a2v.types import FloatArray
 def leg_stance(
     side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None
 ) -> tuple[bool, bool]:
-    """Whether a leg looks straight, and upright too, as one that carries weight.
+    """Whether a leg looks straight, and whether it also looks upright, as a leg that carries
+    weight.
 
     The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
 

@@ -1,4 +1,4 @@
-"""The height that a person is taken to have where nothing tells it."""
+"""Default height of a person."""
 
 TYPICAL_HEIGHT = 1.7
 """Standing height of an adult, meters: between the world's means of women (1.6) and men (1.7 to

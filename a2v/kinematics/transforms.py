@@ -27,7 +27,7 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
 
 
 def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root
+    """Joints (T, J, 3) with the same bone directions and the given `lengths` (J,); the root
     stays."""
     vectors = bone_vectors(joints, skeleton)
     vectors = (

@@ -1,5 +1,5 @@
-"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which
-a stopped run goes on."""
+"""Common parts of all trainings: device, learning rate, loop, and a folder from which a stopped run
+resumes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import dataclasses
 import math
 import os
 import time
-import zipfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,7 +17,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import atomic_path, open_file, shorten, write_csv
+from a2v.io import atomic_path, shorten, write_csv
+from a2v.lab.checkpoints import read_checkpoint
 
 if TYPE_CHECKING:
     import torch
@@ -26,15 +26,14 @@ if TYPE_CHECKING:
 FREE_TO_CHANGE = frozenset(
     {"threads", "device", "checkpoint_seconds", "log_every", "quick_products"}
 )
-"""Settings that do not change what is learned, so that a run may be resumed with others."""
+"""Settings that do not change the result, so that a run may be resumed with other values."""
 NEWER: Mapping[str, bool] = {"newer": True}
-"""Metadata of a field that older runs do not know: what it is by default does not tell two runs
-apart."""
+"""Metadata of a field that older runs lack. Its default value does not distinguish two runs."""
 
 
 @dataclass(frozen=True)
 class RunSettings:
-    """What every training's settings have.
+    """Common settings of all trainings.
 
     Attributes
     ----------
@@ -43,7 +42,7 @@ class RunSettings:
     threads : int
         CPU threads; 0 for torch's default.
     device : str
-        "auto" takes CUDA where there is one.
+        "auto" takes CUDA if it is available.
     checkpoint_seconds : float
         Time between checkpoints.
     log_every : int
@@ -70,8 +69,8 @@ class RunSettings:
 
     @contextmanager
     def products(self) -> Iterator[None]:
-        """A training loop's matrix products as `quick_products` says; afterwards they are what they
-        were."""
+        """Context with the matrix products of `quick_products`; the previous setting is restored
+        afterwards."""
         import torch
 
         matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]  # torch's stubs lack it
@@ -85,7 +84,7 @@ class RunSettings:
 
     @contextmanager
     def loop(self, save: Callable[[], None]) -> Iterator[None]:
-        """A training loop: `products`, and `save` whatever ends it, Ctrl-C too."""
+        """Context of a training loop: `products`, and `save` however it ends, Ctrl-C included."""
         with self.products():
             try:
                 yield
@@ -94,12 +93,12 @@ class RunSettings:
 
 
 def choose_device(name: str) -> torch.device:
-    """The device called `name`; "auto" is CUDA where there is one, else the CPU.
+    """Return the device called `name`; "auto" is CUDA if it is available, else the CPU.
 
     Raises
     ------
     InputError
-        It is none of auto, cpu, cuda, cuda:0..., or not here.
+        It is not one of auto, cpu, cuda, cuda:0..., or not available.
     """
     import torch
 
@@ -150,7 +149,7 @@ class RateSchedule:
 
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
-    """What makes two runs the same: the settings (dataclasses) that change what is learned, and the
+    """Return what identifies a run: the settings (dataclasses) that change the result, and the
     data's digest."""
     values: dict[str, Any] = {}
     for chosen in settings:
@@ -168,7 +167,7 @@ def identity(*settings: Any, digest: str) -> dict[str, Any]:
 
 
 class Run:
-    """A checkpoint file that is written now and then, and read when the same training is started
+    """A checkpoint file that is written periodically, and read when the same training is started
     again.
 
     Parameters
@@ -188,13 +187,14 @@ class Run:
         self._saved = self._began = time.monotonic()
 
     def resume(self, needed: Iterable[str]) -> dict[str, Any] | None:
-        """Content of the checkpoint, None where there is none; the clock goes on from it.
+        """Return the content of the checkpoint, or None if there is none. The clock continues from
+        it.
 
         Raises
         ------
         InputError
-            It cannot be read, or was made with other data or settings (the first difference is
-            named).
+            It cannot be read, or was made with other data or settings; the message names the first
+            difference.
         """
         if not self.path.exists():
             return None
@@ -204,14 +204,16 @@ class Run:
             value = self.made_with.get(name, "its default")
             if name not in old or old[name] != value:
                 raise InputError(
-                    f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings"
+                    f"{self.path} was made with "
+                    f"{name}={old.get(name, 'its default')}, not {value}; give "
+                    "another folder or the same settings"
                 )
         self._began = time.monotonic() - content["seconds"]
         return content
 
     @property
     def seconds(self) -> float:
-        """Time the training has taken, all its sessions together."""
+        """Time of the training, all its sessions together."""
         return time.monotonic() - self._began
 
     @property
@@ -220,7 +222,7 @@ class Run:
         return time.monotonic() - self._saved > self.every
 
     def save(self, content: Mapping[str, Any], log: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Write the checkpoint and the log, each under its name only when it is whole."""
+        """Write the checkpoint and the log, each atomically."""
         import torch
 
         with atomic_path(self.path) as temporary:
@@ -231,7 +233,7 @@ class Run:
 
 
 class Training(ABC):
-    """A training in progress: what `carry_on` repeats, keeps and restores.
+    """A training in progress, which `carry_on` runs, saves and restores.
 
     Attributes
     ----------
@@ -239,7 +241,7 @@ class Training(ABC):
         A group of weights may have a "share" of the rate.
     rate : RateSchedule
     iteration : int
-        How many are done.
+        Number of finished iterations.
     log : list of dict
         A row of mean losses every ``log_every`` iterations.
     """
@@ -258,22 +260,23 @@ class Training(ABC):
 
     @abstractmethod
     def step(self) -> dict[str, float]:
-        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean
-        of."""
+        """Run iteration number `iteration`. Return its losses and other values of which the log has
+        the mean."""
 
     @abstractmethod
     def content(self) -> dict[str, Any]:
-        """What a checkpoint holds beside optimizer, iteration and log: tensors and plain values."""
+        """Return the content of a checkpoint beside optimizer, iteration and log: tensors and plain
+        values."""
 
     @abstractmethod
     def restore(self, content: Mapping[str, Any]) -> None:
         """Take over the `content` of a checkpoint."""
 
-    def begin(self) -> None:  # noqa: B027  # most have nothing to do
-        """What a training does at first when there is no checkpoint."""
+    def begin(self) -> None:  # noqa: B027  # most need no preparation
+        """Prepare a training that has no checkpoint."""
 
     def measure(self) -> dict[str, float]:
-        """What a row of the log has besides the means: measured when it is written."""
+        """Return further values of a row of the log, measured when it is written."""
         return {}
 
     def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
@@ -299,10 +302,10 @@ def carry_on(
     iterations: int,
     on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> None:
-    """Begin a training, or go on with what `run` has of it, until `iterations` are done.
+    """Begin a training, or resume it from `run`, until `iterations` are done.
 
-    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one
-    of a training that is complete stays as it is.
+    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C. That
+    of a finished training is not changed.
 
     Parameters
     ----------
@@ -311,7 +314,7 @@ def carry_on(
     run : Run
     settings : RunSettings
     iterations : int
-        In all, those of earlier sessions included.
+        Total number, earlier sessions included.
     on_log : callable
         Called with each new row of the log; what it adds to the row is kept.
 
@@ -360,81 +363,9 @@ def carry_on(
 def _mean_row(
     training: Training, run: Run, recent: Sequence[Mapping[str, float]]
 ) -> dict[str, float]:
-    """A row of the log. Raises InputError where a mean is not finite."""
+    """A row of the log. Raises InputError if a mean is not finite."""
     mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
     row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
     if not np.isfinite(list(mean.values())).all():
         raise InputError(f"training diverged at iteration {training.iteration}; {training.REMEDY}")
     return row | training.measure()
-
-
-def load_tensors(path: str | os.PathLike[str]) -> Any:
-    """What `torch.load` makes of a regular file: tensors and plain values alone, together hardly
-    more than the file holds.
-
-    Raises
-    ------
-    InputError
-        It is missing, no regular file, or its tensors would take more than the file.
-    Exception
-        Whatever torch raises for another file.
-    """
-    import torch
-
-    with open_file(path) as stream:
-        size = os.fstat(stream.fileno()).st_size
-        if zipfile.is_zipfile(stream):
-            with zipfile.ZipFile(stream) as archive:
-                _check_size(path, sum(info.file_size for info in archive.infolist()), size)
-        stream.seek(0)
-        content = torch.load(stream, map_location="cpu", weights_only=True)
-    left, seen, total = [content], set(), 0
-    while left:
-        value = left.pop()
-        if isinstance(value, torch.Tensor):
-            total += value.numel() * value.element_size()
-        elif isinstance(value, Mapping | list | tuple) and id(value) not in seen:
-            seen.add(id(value))
-            left += value.values() if isinstance(value, Mapping) else value
-    _check_size(path, total, size)
-    return content
-
-
-_REPEATED = 4
-"""Times that the tensors of a checkpoint may be larger than its file: several may share their
-numbers."""
-
-
-def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
-    if wanted > _REPEATED * size + (1 << 20):
-        raise InputError(
-            f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is damaged, or something else"
-        )
-
-
-def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict[str, Any]:
-    """The content of a checkpoint; nothing but tensors and plain values is unpickled.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged, or lacks an entry of `needed`.
-    """
-    if not Path(path).exists():
-        raise InputError(f"{path} does not exist; train first (a2v train)")
-    try:
-        content = load_tensors(path)
-        missing = {"made_with", "seconds", *needed} - set(content)
-    except InputError:
-        raise
-    except (
-        Exception
-    ):  # torch raises many kinds for a damaged file, and advises to read it without care
-        raise InputError(
-            f"{path} cannot be read as a checkpoint; it is damaged, or something else"
-        ) from None
-    if missing:
-        raise InputError(
-            f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder"
-        )
-    return dict(content)

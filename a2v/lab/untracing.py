@@ -1,9 +1,9 @@
-"""Weights back out of the ONNX graphs that `a2v.tracing` made, to go on training networks of which
-nothing else is left.
+"""Recover weights from the ONNX graphs that `a2v.tracing` wrote, to continue training without a
+checkpoint.
 
-The export folds every batch normalization into the convolution before it; here it comes back as one
-that changes nothing (`calibrate` gives it the statistics of real activations, so that training
-starts from the same function).
+The export folds every batch normalization into the preceding convolution. Here it is restored as
+one that changes nothing. `calibrate` sets its statistics to those of real activations, so that
+training starts from the same function.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from a2v.errors import InputError
 _HALF = "_half"
 """Ending of the names of weights that are stored as float16."""
 _FOLDED = ".weight_bias"
-"""Ending of the name of the bias that a convolution got from the normalization behind it."""
+"""Ending of the name of the bias that a convolution got from the following normalization."""
 
 
 def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The weights of a file by the names that they had in torch.
+    """Return the weights of a file by their names in torch.
 
-    The exporter names biases after their layers and leaves the matrices before them nameless: each
-    is the factor of the product that its bias is added to.
+    The exporter names biases after their layers and leaves the matrices unnamed. Each matrix is the
+    factor of the product to which its bias is added.
 
     Parameters
     ----------
     path : path
     names : mapping
-        Beginnings of names in the file to what takes their place; other weights are left out.
+        Prefixes of names in the file and their replacements; other weights are left out.
 
     Raises
     ------
     InputError
-        There is no such file.
+        The file does not exist.
     """
     import onnx
     from onnx import numpy_helper
@@ -80,12 +80,12 @@ def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict
 
 
 def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: str) -> None:
-    """Give a network the weights of `read_weights`, in place.
+    """Set a network's weights to those of `read_weights`, in place.
 
     Raises
     ------
     InputError
-        A weight is missing, or of another size; `otherwise` says what to do.
+        A weight is missing, or of another size; `otherwise` is the advice in the message.
     """
     weights = dict(weights)
     for name, module in network.named_modules():
@@ -113,13 +113,13 @@ def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: st
 
 @torch.no_grad()
 def calibrate(network: nn.Module, batches: Iterable[Any], forward: Callable[[Any], Any]) -> None:
-    """Give normalizations that change nothing the mean and variance of what reaches them; what the
-    network computes stays as it is.
+    """Set the statistics of normalizations that change nothing to those of their inputs; the
+    network computes the same function.
 
     Parameters
     ----------
     network : Module
-        As `fill` leaves it.
+        A network after `fill`.
     batches : iterable
     forward : callable
         Runs the network on a batch.

@@ -5,6 +5,7 @@
 training.
 """
 
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
 
 __all__ = ["BUNDLED", "MotionModel"]

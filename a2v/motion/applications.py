@@ -103,7 +103,7 @@ def between(
 ) -> FloatArray:
     """Vectors (R, Z) float32 on the way from `first` to `second` (Z,), at `share` (R,) in [0, 1].
 
-    The great circle (Shoemake 1985, in any dimension) goes on through the lengths of both ends;
+    The great circle (Shoemake 1985, in any dimension) passes through the lengths of both ends;
     parallel vectors are interpolated on the line.
     """
     share = np.asarray(share, dtype=np.float64)[:, None]
@@ -133,7 +133,7 @@ def outpaint(
 ) -> Motion:
     """Several futures of given poses (journal paper, Sec. 5.1.5).
 
-    The futures have the body of `start` and go on where it ends; all poses of `start` are kept. A
+    The futures have the body of `start` and continue from its end; all poses of `start` are kept. A
     model that knows people from one side only (HumanAct12: facing the camera) is shown `start`
     rotated to that side, and the result is rotated back.
 
@@ -244,7 +244,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     """Joints (T, J, 3) float32 of a clip on another skeleton of a person.
 
     Joints are matched by their names in any known scheme (`canonical_joints`); those of the spine
-    that have no twin lie on the way from pelvis to neck; a missing end (hand, toes, head) goes on
+    that have no twin lie on the way from pelvis to neck; a missing end (hand, toes, head) continues
     from the bone before it with the length of `lengths` (toes: forwards, level).
 
     Parameters

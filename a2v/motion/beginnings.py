@@ -1,5 +1,4 @@
-"""How clips and actions begin: recordings start before people do, and whoever asks for an action
-wants to see it."""
+"""Shorten the rest at the beginning of a clip: recordings start before the person moves."""
 
 from __future__ import annotations
 
@@ -9,17 +8,17 @@ from scipy.ndimage import uniform_filter1d
 from a2v.types import FloatArray, IntArray
 
 RESTING = 0.25
-"""Joints that are slower in the mean than this, of the upper quartile of a clip's speeds, rest."""
+"""A frame is at rest if its mean joint speed is below this share of the clip's upper quartile."""
 
 LEAD_SECONDS = 1 / 3
-"""How long somebody who gets going stays in sight before."""
+"""Time at rest that is kept before the first movement."""
 
 
 def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
-    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can do
-    without at their beginning: people stand there.
+    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can lose at
+    their beginning, where the person stands still.
 
-    All but `LEAD_SECONDS` of them, which are how people get going.
+    The last `LEAD_SECONDS` before the first movement are kept.
     """
     moving = np.minimum(np.broadcast_to(usable, len(joints)), joints.shape[1])
     if joints.shape[1] < 2:

@@ -1,4 +1,4 @@
-"""What an exported motion model says of itself: the metadata of its ONNX file, read and checked
+"""The description of an exported motion model: the metadata of its ONNX file, read and checked
 once."""
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _AGAIN = "export the model again with a2v"
 
 @dataclass(frozen=True, kw_only=True)
 class ModelCard:
-    """What every exported motion model says of itself.
+    """The description that every exported motion model has.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class WindowCard(ModelCard):
     Attributes
     ----------
     window_frames, context_frames : int
-        Frames W of a window, and P of the frames that it may go on from.
+        Number of frames W of a window, and P of the frames that it may continue.
     active : tuple of arrays (n,) float64
         By action: how much of a window each clip of the data moves before it ends, ascending, in
         [0, 1]; empty where the data has no clip.

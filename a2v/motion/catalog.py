@@ -1,5 +1,4 @@
-"""Everything that can be asked for, and where it comes from: the shipped models and the library of
-clips behind one function.
+"""All available actions and their sources: the shipped models and the library of clips.
 
 `understand` takes words to typed steps, each with the source that makes it.
 """
@@ -20,18 +19,20 @@ from a2v.motion.card import ModelCard
 from a2v.motion.clips import LICENSE as CLIPS_LICENSE
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library
-from a2v.motion.model import MotionModel, plain_name
+from a2v.motion.model import MotionModel
+from a2v.motion.names import plain_name
 from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
 from a2v.motion.vocabulary import other_names
 
 SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-fine")
-"""Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double
+"""Sources of actions; if several have an action of the same name, the first one is used. `cmu` has
+56 clips at double
 speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
 
 WEAK = Path(__file__).with_name("weak.csv")
 
 LICENSES = ("any", "free")
-"""What may be used: everything that ships, or only what is free for every use."""
+"""Which actions may be used: all that ship, or only those that are free for every use."""
 
 RESEARCH: tuple[str, ...] = ("humanact12", "humanact12-fine")
 """Sources for research only."""
@@ -54,7 +55,7 @@ HUMANACT12_THEMES = {
 
 SITTING = ("Sit down", "Sit", "Sit and talk")
 SEATED = {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}
-"""Who sits does these so."""
+"""Actions and their versions on a chair."""
 
 NAMES = {
     "cmu": "CMU motion capture, eight actions",
@@ -63,18 +64,18 @@ NAMES = {
     "humanact12": "HumanAct12",
     "humanact12-fine": "HumanAct12, fine",
 }
-"""What sources are called."""
+"""Names of the sources in messages."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """An action that can be asked for.
+    """An available action.
 
     Attributes
     ----------
     name : str
     sources : tuple of str
-        Which of `SOURCES` make it, the preferred first.
+        The members of `SOURCES` that make it, the preferred one first.
     theme : str
     license : str
     note : str
@@ -111,7 +112,7 @@ class Catalog:
 
 @dataclass(frozen=True)
 class Understanding:
-    """What a prompt was taken for.
+    """The steps that a prompt was matched to.
 
     Attributes
     ----------
@@ -207,8 +208,7 @@ def understand(
 
 
 def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
-    """The actions of a prompt, those that can be done on a chair on the chair while somebody sits
-    ("sit down, then talk")."""
+    """Replace actions by their seated versions while the person sits ("sit down, then talk")."""
     names = {entry.name for entry in known.entries}
     found, sits = [], False
     for action in actions:

@@ -1,7 +1,7 @@
 """Hand-keyed clips that are actions like those of the models: idle, talk, bow, sit down,
 backflip...
 
-``clips.csv`` names them and says how they play, ``a2v/weights/clips.npz`` holds their joints with
+``clips.csv`` lists them with how they are played, ``a2v/weights/clips.npz`` holds their joints with
 fingers (``scripts/make_clips.py`` makes it). They are CC0: Quaternius' Universal Animation Library
 (30 frames a second) and Mesh2Motion's animations (24). Another seed plays a clip in another way:
 its tempo is warped, its sides are exchanged where that is as good, and the upper body moves a
@@ -23,7 +23,7 @@ from a2v.io import read_npz
 from a2v.kinematics import Skeleton, skeleton_from_parents
 from a2v.kinematics.transforms import bone_vectors, inverse_kinematics, on_lengths
 from a2v.motion.edit import mirror_motion
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, Motion
 
@@ -43,7 +43,7 @@ OWN_AUTHOR = "a2v"
 """Who made them."""
 
 SHOWN_SECONDS = 5.0
-"""How long a cycle is played where no length is asked for."""
+"""Seconds for which a cycle is played if no length is given."""
 REPEATED_SECONDS = 2.5
 """A clip that can be repeated is, until it has lasted so long."""
 
@@ -129,7 +129,7 @@ class ClipLibrary:
         raise InputError(f"no clip is called '{action}'; a2v actions lists them")
 
     def seconds(self, action: str) -> float:
-        """How long a clip is played where no length is asked for."""
+        """Seconds for which a clip is played if no length is given."""
         index = self.index(action)
         clip, own = self.clips[index], len(self.joints[index]) / self.clips[index].fps
         if clip.plays == "loop":
@@ -174,7 +174,7 @@ def clip_library() -> ClipLibrary:
 def play_clip(
     action: str, *, frames: int, fps: float, speed: float = 1.0, seed: int = 0, cycles: int = 0
 ) -> Motion:
-    """A clip as long as it is asked for: cycles go on, others are repeated or held at their end.
+    """A clip of the given length: cycles continue, other clips are repeated or held at their end.
 
     Parameters
     ----------
@@ -184,7 +184,8 @@ def play_clip(
     speed : float
         1 as keyed, 2 twice as fast.
     cycles : int
-        With a number the frames are so many whole cycles, whatever the tempo, and the last leads to
+        With a number, the frames are that number of whole cycles, whatever the tempo, and the last
+        leads to
         the first.
     seed : int
         0 plays the clip as it is keyed; others vary tempo, side and how far the upper body moves.

@@ -20,10 +20,10 @@ def lowest(joints: FloatArray) -> FloatArray:
 def crossfade(
     before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton, lift: FloatArray
 ) -> FloatArray:
-    """Clips `after` (N, T, J, 3) float32 that go on from `before` (N, S, J, 3): there, that way
+    """Clips `after` (N, T, J, 3) float32 that continue `before` (N, S, J, 3): there, that way
     round, and from its poses into their own.
 
-    Directions of bones and steps of the root are mixed while the clips before would go on as
+    Directions of bones and steps of the root are mixed while the clips before would continue as
     `ahead` (N, F, J, 3); bones keep the lengths of `after`, whose heights are theirs and `lift`
     (N,): what brings the lowest joint of both to the same height.
     """

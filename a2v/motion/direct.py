@@ -1,5 +1,5 @@
-"""One clip as the commands, the pipeline and the notebooks ask for it: actions in turn, directed
-where something is asked for, on the ground, edited."""
+"""Make clips for the commands, the pipeline and the notebooks: actions in turn, directed if
+requested, on the ground, edited."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from a2v.animation.curves import near
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, skeleton_of
 from a2v.motion.direction import Direction
 from a2v.motion.direction_steerer import DirectionSteerer
-from a2v.motion.edit import Edit, edited, planting, rises, settled
+from a2v.motion.edit import Edit, edited
 from a2v.motion.figures import NATURAL_SECONDS, natural_path
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
+from a2v.motion.settling import planting, rises, settled, skeleton_of_motion
 from a2v.motion.smoothing import smooth_actions
 from a2v.motion.timeline import Moments, Take, perform, stack_clips
 from a2v.motion.ways import Way, way_along
@@ -28,9 +28,9 @@ from a2v.types import Motion
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
 MIN_PACE = 0.05
-"""Meters a second along a path: slower is standing."""
+"""Slowest pace along a path, m/s: below it the person stands."""
 MAX_PACE = 20.0
-"""Meters a second along a path: nobody runs faster."""
+"""Fastest pace along a path, m/s: no person runs faster."""
 SLIDES_ALONG = 0.5
 """Meters a second that a standing foot may slide for each of the body's, before it is held: feet of
 people who run round a bend slide with them."""
@@ -46,10 +46,11 @@ def make_motion(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the
+    """Make clips: `perform`, directed where there is a `direction`, on the
     ground (`settled`) with feet that stand (`planted`), then `edited`.
 
-    What is not directed begins where people get going, unlike recordings (`a2v.motion.beginnings`).
+    Clips that are not directed begin at the first movement, unlike recordings
+    (`a2v.motion.beginnings`).
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def make_motion(
         actions = [step.action for step in steps]
         made = planted(
             settled(smooth_actions(made, actions), model.card, actions),
-            _skeleton(made),
+            skeleton_of_motion(made),
             settings=planting(model.card, actions),
         )
         return edited(_rising(made, model, steps), after)
@@ -123,19 +124,15 @@ def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion
 
 def on_feet(motion: Motion, model: MotionModel) -> Motion:
     """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses
-    that were given stay as they are."""
+    that were given do not change."""
     actions = motion.action.replace("|", ",").split(",")
     known = [name for name in actions if name in model.actions]
     return planted(
         motion,
-        _skeleton(motion),
+        skeleton_of_motion(motion),
         settings=planting(model.card, known),
         kept=range(motion.given_frames or 0),
     )
-
-
-def _skeleton(motion: Motion) -> Skeleton:
-    return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
 def _directed(
@@ -165,7 +162,7 @@ def _directed(
         )
 
     made = perform(model, steps, take, speed=speed, steerer=steerer)
-    skeleton = _skeleton(made)
+    skeleton = skeleton_of_motion(made)
     timed = _timed(direction, (made.frames - 1) / take.fps)
     kept = [round(key.time * take.fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)
@@ -245,7 +242,7 @@ def check_directed(
     ------
     InputError
         The model cannot be directed, it has no joint of a name, there are several steps along a
-        path, or several clips are asked for.
+        path, or several clips are requested.
     """
     sampler = model.sampler
     if not isinstance(sampler, WindowSampler) or not sampler.card.steerable:

@@ -1,4 +1,4 @@
-"""What a motion is asked for beside its action: a path, keyframes, joints that are held."""
+"""Constraints of a motion beside its action: a path, keyframes, held joints."""
 
 from __future__ import annotations
 

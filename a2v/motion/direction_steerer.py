@@ -1,8 +1,8 @@
-"""How the windows of a motion are steered (`a2v.motion.steer`) to what it is asked for
+"""Steer the windows of a motion (`a2v.motion.steer`) to its constraints
 (`a2v.motion.direction`).
 
-Paths and headings are asked for softly, now and then; keyframes exactly: what a window misses of
-them is given back to its constraints, and the window made again. A hand that is held is asked for
+Paths and headings are soft constraints at intervals. Keyframes are exact: what a window misses of
+them is added to its constraints, and the window is made again. A held hand is constrained
 by the bones of an arm that reaches it.
 """
 

@@ -1,5 +1,4 @@
-"""What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a
-root that carries the travel.
+"""Edit clips for game engines: in place, a seamless cycle, mirrored, faster or slower, root motion.
 
 All work on the path over the ground (`ground_trajectory`): where the root is and which way the
 person faces, with and without the sway that belongs to a step.
@@ -8,43 +7,23 @@ person faces, with and without the sway that belongs to a step.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, minimum_filter1d
+from scipy.ndimage import gaussian_filter1d
 
 from a2v.errors import InputError
 from a2v.face import other_side
-from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
+from a2v.kinematics import inverse_kinematics, quat_to_rotvec, rotvec_to_quat
 from a2v.kinematics.even_paths import evened_cycle
+from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.ground import SWAY_SECONDS, GroundTrajectory, ground_trajectory
-from a2v.kinematics.limbs import legs_of
 from a2v.kinematics.names import canonical_joints, split_side
-from a2v.kinematics.planting import PlantSettings, own_floor, plant_feet
+from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import resample_motion
 from a2v.kinematics.transforms import bone_lengths, forward_kinematics
-from a2v.motion.card import ModelCard
+from a2v.motion.settling import skeleton_of_motion
 from a2v.types import FloatArray, IntArray, Motion
-
-RISING = ("Climb", "Step")
-"""The papers' actions, and families of finer ones, that go up."""
-
-FLYING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive")
-"""Parts of the names of actions, or of their families, in which people jump."""
-RUNNING = ("run", "jog")
-"""The same in which people run."""
-
-AIR_SECONDS = 0.7
-"""How long no joint is near the ground at most, in a jump."""
-STEP_SECONDS = 0.4
-"""The same between two steps of a run."""
-TOE_SECONDS = 0.3
-"""The same where a foot always is on the ground: as long as a step, or what is taken off shakes the
-body with each of them."""
-
-MOST_APART = 0.03
-"""Meters by which the floors of two feet may lie apart and be one ground still."""
 
 LEAST_LOOP_SECONDS = 0.8
 """Shortest cycle that `make_loop` looks for."""
@@ -63,7 +42,7 @@ VELOCITY_SECONDS = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Edit:
-    """What is done to a clip once it is made.
+    """The edits of a finished clip.
 
     Attributes
     ----------
@@ -92,7 +71,7 @@ def edited(motion: Motion, edit: Edit) -> Motion:
     Raises
     ------
     InputError
-        A loop or a clip in place is asked of a batch; see the functions for each.
+        A loop or a clip in place is requested of a batch; see the functions for each.
     """
     if (edit.loop or edit.in_place) and motion.batch:
         raise InputError("loop and in-place are for one clip; leave --count out")
@@ -107,7 +86,7 @@ def _standing(loop: Motion) -> Motion:
     """A cycle whose feet stand: the middle one of three rounds, so that it closes."""
     rounds = repeat_loop(loop, 3)
     joints = plant_feet(
-        rounds.joints, _skeleton(loop), loop.fps, settings=PlantSettings(settled=False)
+        rounds.joints, skeleton_of_motion(loop), loop.fps, settings=PlantSettings(settled=False)
     )[loop.frames : 2 * loop.frames]
     return _from_joints(loop, joints.astype(np.float64))
 
@@ -138,7 +117,7 @@ def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
 
 
 def repeat_loop(loop: Motion, rounds: int) -> Motion:
-    """A cycle several times: each round goes on from where the one before ends.
+    """Repeat a cycle: each round continues from the end of the one before.
 
     Raises
     ------
@@ -152,78 +131,6 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
     return _from_joints(
         loop, _transformed(begin @ walked.transforms(), np.tile(local, (rounds, 1, 1)))
     )
-
-
-def rises(card: ModelCard, action: str) -> bool:
-    """Whether an action of a model may end higher than it began: climbing and stepping up."""
-    return action in RISING or any(f"coarse:{name}" in _traits(card, action) for name in RISING)
-
-
-def _traits(card: ModelCard, action: str) -> tuple[str, ...]:
-    return dict(zip(card.actions, card.traits, strict=False)).get(action, ())
-
-
-def air_seconds(card: ModelCard, action: str) -> float:
-    """How long nobody who does this touches the ground, at most."""
-    words = " ".join((action, *_traits(card, action))).lower()
-    if any(part in words for part in FLYING):
-        return AIR_SECONDS
-    return STEP_SECONDS if any(part in words for part in RUNNING) else TOE_SECONDS
-
-
-def planting(card: ModelCard, actions: Iterable[str]) -> PlantSettings:
-    """How the feet of a generated clip of these actions are planted: not on one level where one of
-    them goes up."""
-    return PlantSettings(settled=not any(rises(card, name) for name in actions))
-
-
-def settled(
-    motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None
-) -> Motion:
-    """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as
-    it is where one of them goes up."""
-    names = tuple(actions)
-    if any(rises(card, name) for name in names):
-        return motion
-    return settle(motion, seconds=max(air_seconds(card, name) for name in names), kept=kept)
-
-
-def settle(
-    motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None
-) -> Motion:
-    """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of
-    all for `seconds` is taken off.
-
-    Models know the root's height only through the code of a whole window, so that clips rise by
-    decimeters. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
-    height, in [0, 1], the ground is at 0.
-    """
-    lowest = _lowest(motion)
-    width = max(1, round(seconds * motion.fps))
-    floor = gaussian_filter1d(
-        minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest"
-    )
-    off = np.zeros((*lowest.shape, 3), np.float32)
-    if kept is None:
-        off[..., 1] = np.minimum(floor, lowest) - lowest.min(axis=-1, keepdims=True)
-    else:
-        off[..., 1] = np.minimum(floor, lowest) * (1 - kept)
-    return dataclasses.replace(
-        motion, joints=motion.joints - off[..., None, :], root=motion.root - off
-    )
-
-
-def _lowest(motion: Motion) -> FloatArray:
-    """Height (..., T) of the lowest joint, each foot over its own floor: one that stands a little
-    higher is no step up."""
-    heights = motion.joints[..., 1].astype(np.float64)
-    legs = legs_of(_skeleton(motion))
-    for pair in zip(*(leg[2:] for leg in legs), strict=True) if len(legs) == 2 else ():
-        own = np.stack([own_floor(heights[..., joint], motion.fps)[..., :1] for joint in pair])
-        for joint, floor in zip(pair, own - own.min(axis=0), strict=True):
-            heights[..., joint] -= np.minimum(floor, MOST_APART)
-    lowest: FloatArray = heights.min(axis=-1)
-    return lowest
 
 
 def mirror_motion(motion: Motion) -> Motion:
@@ -287,8 +194,8 @@ def make_loop(
     last.
 
     The two moments are sought that are most alike in pose and velocity, wherever on the ground they
-    are; towards the second, the clip fades into what led to the first. A cycle that travels goes on
-    from where it ends, in the direction that it ends in.
+    are; towards the second, the clip fades into what led to the first. A cycle that travels
+    continues from where it ends, in the direction that it ends in.
 
     Parameters
     ----------
@@ -312,7 +219,7 @@ def make_loop(
         raise InputError(
             f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes {fade + least + 2} or more (ask for --seconds 5)"
         )
-    skeleton = _skeleton(motion)
+    skeleton = skeleton_of_motion(motion)
     path = ground_trajectory(motion)
     local = _transformed(np.linalg.inv(path.transforms()), motion.joints.astype(np.float64))
     moved = _steps(path)
@@ -344,8 +251,8 @@ def _closest_moments(
     """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity
     and travel.
 
-    Where nothing is thrown about is better than in the middle of a leap. Nothing is as much like
-    itself as somebody who stands: a cycle moves nearly as much as the clip does where it moves.
+    Where nothing is thrown about is better than in the middle of a leap. A standing person matches
+    itself best, so a cycle has to move nearly as much as the moving part of the clip.
     """
     pose = local.reshape(len(local), -1)
     velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)
@@ -438,17 +345,13 @@ def _moved(motion: Motion, transforms: FloatArray) -> Motion:
 
 def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
     """`motion` with other joints (..., T, J, 3)."""
-    rotations = inverse_kinematics(joints, _skeleton(motion))
+    rotations = inverse_kinematics(joints, skeleton_of_motion(motion))
     return dataclasses.replace(
         motion,
         joints=joints.astype(np.float32),
         rotations=rotations.astype(np.float32),
         root=joints[..., 0, :].astype(np.float32),
     )
-
-
-def _skeleton(motion: Motion) -> Skeleton:
-    return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
 def _twins(motion: Motion) -> IntArray:

@@ -1,4 +1,4 @@
-"""What a window model says of a window: the root's path, and the directions of the bones."""
+"""Features of a window of motion: the root's path and the directions of the bones."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> Gro
     def took(radius: float, rounds: int) -> float:
         return len(way_along(figure_eight(radius, rounds=rounds), pace=pace, fps=fps).points) / fps
 
-    seconds += 2 / fps  # whole frames at another rate: never shorter than what is asked for
+    seconds += 2 / fps  # whole frames at another rate: never shorter than requested
     rounds = 1
     while rounds < 8 and took(GREATEST_RADIUS, rounds) < seconds:
         rounds += 1

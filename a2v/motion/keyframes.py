@@ -137,7 +137,7 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
 
 
 def placed(pose: FloatArray, key: Keyframe, skeleton: Skeleton) -> Keyframe:
-    """A keyframe with a pose (J, 3), turned and moved to where `key` wants it."""
+    """A keyframe with a pose (J, 3), turned and moved to the place of `key`."""
     joints = pose
     if key.heading is not None:
         turned = yaw_to_rotmat(np.array(key.heading - float(heading(pose, skeleton))))

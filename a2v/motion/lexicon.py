@@ -24,7 +24,7 @@ WORDS = Path(__file__).with_name("words.txt.gz")
 SENSES = Path(__file__).with_name("senses.csv")
 
 MAX_WORDS = 60
-"""Words of one part of a prompt that are read; nobody says more of an action."""
+"""Largest number of words of one part of a prompt that are read."""
 
 #: Words that say nothing about the action.
 STOPWORDS = frozenset(
@@ -166,13 +166,13 @@ class Word:
     given : str
         As it was written.
     sure : float
-        How sure `stem` is what was meant, in [0, 1].
+        Confidence that `stem` was meant, in [0, 1].
     against : float
-        What it counts against an action that does not have it, at least.
+        Least weight against an action that does not have it.
     placed : bool
-        Whether it says where something takes place.
+        Whether it names a place of the action.
     leading : bool
-        Whether it says who acts, or like whom.
+        Whether it names the actor or a comparison.
     """
 
     stem: str

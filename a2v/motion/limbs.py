@@ -14,9 +14,10 @@ import numpy as np
 
 from a2v.animation.curves import near
 from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.kinematics.foot_contacts import PLANT, PlantSettings
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.kinematics.limbs import bend_to, limb_of
-from a2v.kinematics.planting import PLANT, PlantSettings, plant_feet
+from a2v.kinematics.planting import plant_feet
 from a2v.motion.direction import Hold
 from a2v.types import FloatArray, Motion
 

@@ -23,14 +23,15 @@ from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
-from a2v.motion.edit import Edit, edited, rises
+from a2v.motion.edit import Edit, edited
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
+from a2v.motion.settling import rises
 from a2v.motion.timeline import Take, stack_clips
 from a2v.types import FloatArray, Motion
 
 MODEL_SECONDS = 3.0
-"""How long a model's action lasts beside others where no length is asked for."""
+"""Seconds of a model's action in a mix if no length is given."""
 SHORTEST_SECONDS = 0.8
 """Least length of a step that names none."""
 FADE_SECONDS = (0.35, 1.1)
@@ -48,7 +49,7 @@ LEVELLED = frozenset({"humanact12", "ntu_vibe"})
 
 
 def natural_seconds(step: Step) -> float:
-    """How long a step lasts where nobody says: a clip its own length, an action of a model
+    """Seconds of a step without a given length: a clip its own length, an action of a model
     `MODEL_SECONDS`."""
     if step.source == CLIPS:
         return clip_library().seconds(step.action) / step.speed
@@ -225,7 +226,8 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
 def _played(
     segment: _Segment, fps: float, seed: int, speed: float, *, ahead: int, lead: int
 ) -> FloatArray:
-    """Joints (T + ahead, J, 3) of a segment on the clips' skeleton, and how it would go on; a clip
+    """Joints (T + ahead, J, 3) of a segment on the clips' skeleton, and how it would continue; a
+    clip
     waits for `lead` frames in its first pose."""
     frames, first = segment.frames + ahead, segment.steps[0]
     if first.source == CLIPS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import os
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
+from a2v.motion.names import BUNDLED, find_action
 from a2v.motion.placement import (
     leg_length,
     level_floor,
@@ -30,24 +30,10 @@ from a2v.motion.window_sampler import WindowSampler
 from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, IntArray, Motion
 
-BUNDLED: Mapping[str, str] = {
-    "cmu": "motion_cmu.onnx",
-    "cmu-fine": "motion_cmu_fine.onnx",
-    "humanact12": "motion_humanact12.onnx",
-    "humanact12-fine": "motion_humanact12_fine.onnx",
-    "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
-    "cmu-glmi-r": "motion_cmu_glmi_r.onnx",
-    "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
-    "humanact12-glmi-r": "motion_humanact12_glmi_r.onnx",
-    "humanact12-lie": "motion_humanact12_lie.onnx",
-    "humanact12-plain": "motion_humanact12_plain.onnx",
-}
-"""Shipped motion models by name."""
-
 
 @dataclass(frozen=True)
 class MotionModel:
-    """An exported motion model: a file, and what it says of itself.
+    """An exported motion model: a file and its description.
 
     Attributes
     ----------
@@ -66,8 +52,7 @@ class MotionModel:
         Raises
         ------
         InputError
-            No such model, or the file is no motion model of a2v, or says impossible things of
-            itself.
+            No such model, or the file is no motion model of a2v, or its description is invalid.
         """
         name = os.fspath(model)
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
@@ -128,17 +113,7 @@ class MotionModel:
         InputError
             Unknown action; the message names the nearest ones.
         """
-        plain = {plain_name(name): index for index, name in enumerate(self.actions)}
-        wanted = plain_name(action)
-        if wanted in plain:
-            return plain[wanted]
-        near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
-        hint = (
-            f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?"
-            if near
-            else f"it knows {', '.join(self.actions)}"
-        )
-        raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
+        return find_action(action, self.actions, self.path.stem)
 
     def generate(
         self,
@@ -165,8 +140,8 @@ class MotionModel:
             as the model needs noise (once for a step model, once a window for a window model), so
             that applications can choose it.
         start : (N, P, J, 3) float or None
-            First frames of the clips, meters, y up: they are kept as they are, and what follows
-            goes on from them.
+            First frames of the clips, meters, y up: they are kept unchanged, and the generated
+            frames continue them.
 
         fresh, skip_rest : bool
             See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
@@ -324,7 +299,7 @@ class MotionModel:
         bone_scale : float or mapping
             Factor on bone lengths; see `scaled_bones`.
         lengths : (J,) float or None
-            Bone lengths of one's own, native units, instead of the scaled defaults.
+            Custom bone lengths, native units, instead of the scaled defaults.
 
         Returns
         -------
@@ -422,9 +397,3 @@ class MotionModel:
                 "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,
             },
         )  # fmt: skip
-
-
-def plain_name(name: str) -> str:
-    """An action's name without case, spaces, hyphens and underscores: what two ways to write it
-    share."""
-    return "".join(character for character in name.lower() if character.isalnum())

@@ -28,8 +28,9 @@ from a2v.io import atomic_path, read_bytes
 from a2v.kinematics.limbs import legs_of
 from a2v.kinematics.names import canonical_joints, missing_joints, split_side
 from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT
-from a2v.motion.edit import air_seconds, rises
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
+from a2v.motion.settling import air_seconds, rises
 from a2v.motion.smoothing import SMOOTHED
 from a2v.npm import NpmPackages
 from a2v.rendering.page import MAX_PAGE_BYTES, stage_script, viewer_script
@@ -140,7 +141,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     Returns
     -------
     graph : bytes
-        ONNX, without what the file says of itself.
+        ONNX, without the description.
     guided : bool
         Whether there is the input ``guidance`` (1,) float32.
     """
@@ -184,8 +185,8 @@ def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
 
 
 def _feet(model: MotionModel) -> dict[str, Any]:
-    """What `plant.js` plants the feet by: the legs' joints, and by action how long nobody touches
-    the ground, whether it goes up, and how far it is smoothed."""
+    """Settings of `plant.js`: the legs' joints and, by action, the longest time in the air, whether
+    it goes up, and the width of its smoothing."""
     card = model.card
     return {
         "legs": [list(leg) for leg in legs_of(model.skeleton)],

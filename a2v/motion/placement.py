@@ -1,5 +1,5 @@
-"""Where generated clips stand: bones scaled, the root's path with them, the floor level, the feet
-on the ground."""
+"""Place generated clips: scale bones and the root's path, level the floor, put the feet on the
+ground."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
     Models learn the root's path from short clips, so that a small slope in every window adds up:
     600 frames of Run rose by 1.3 m. The lowest joint over `piece` frames (half a window by default)
     is taken for the floor's height; what it moves away is taken off, linearly between pieces. Clips
-    of at most `window` frames are returned as they are.
+    of at most `window` frames are returned unchanged.
     """
     frames, half = joints.shape[1], piece or window // 2
     if frames <= window or half < 1:

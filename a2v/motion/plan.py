@@ -1,4 +1,4 @@
-"""One function from what is asked for, in words or as a timeline, to typed steps and what makes
+"""One function from words or a timeline to typed steps and what makes
 them: `plan_motion`.
 
 The command line, tables, the page and Python all ask it; nothing else decides which model or clip
@@ -30,7 +30,8 @@ from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.medley import make_sourced, natural_seconds
-from a2v.motion.model import BUNDLED, MotionModel
+from a2v.motion.model import MotionModel
+from a2v.motion.names import BUNDLED
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
 from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
@@ -88,7 +89,7 @@ class MotionPlan:
 
     @property
     def seconds(self) -> float | None:
-        """How long it lasts by nature where no length is asked for; None for a model's actions
+        """Natural length in seconds if no length is given; None for a model's actions
         without a length of their own."""
         if self.model is not None:
             return (
@@ -174,7 +175,7 @@ def plan_motion(
     timeline: str | os.PathLike[str] | None = None,
     directed: bool = False,
 ) -> MotionPlan:
-    """What is asked for as steps, and what makes them.
+    """Turn words or a timeline into steps and their sources.
 
     Parameters
     ----------

@@ -24,9 +24,9 @@ NUMBERS = {
 #: Longest step that a prompt may ask for, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
-"""Letters of a prompt: what is longer is refused before it is read."""
+"""Largest number of letters of a prompt; longer prompts are refused before they are read."""
 MAX_PARTS = 40
-"""Parts of a prompt."""
+"""Largest number of parts of a prompt."""
 
 NEGATIONS = frozenset(
     [
@@ -47,12 +47,12 @@ NEGATIONS = frozenset(
 UNKNOWING = frozenset(["know", "idea", "clue"])
 """After a negation these are a shrug: "I don't know"."""
 RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
-"""Words that end what is not wanted."""
+"""Words that end a negation."""
 STILL = frozenset(["move", "anyth", "stir", "budg"])
-"""Who is not to do these, is to stand."""
+"""A prompt that only excludes these means standing."""
 STANDING = "stand still"
 MARGIN = 0.15
-"""By how much two actions that "and" joins must be surer than one that is both."""
+"""Least lead of the score of two actions joined by "and" over that of one action."""
 
 _THEN = re.compile(
     r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*",
@@ -112,7 +112,7 @@ class Step:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of a prompt: what it wants, what it does not, and for how long."""
+    """A part of a prompt: the requested action, the excluded words, and the length."""
 
     text: str
     without: frozenset[str] = frozenset()
@@ -121,14 +121,14 @@ class _Part:
 
 
 def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
-    """A prompt such as "walk slowly, then salsa for 2 s, then jump" as steps, and what each part
-    was taken for.
+    """Parse a prompt such as "walk slowly, then salsa for 2 s, then jump" into steps and the match
+    of each part.
 
     Raises
     ------
     InputError
         The prompt is too long, a part is empty or means no action (the message names it and the
-        nearest actions), or only says what is not wanted.
+        nearest actions), or it only excludes words.
     """
     if len(text) > MAX_PROMPT:
         raise InputError(f"the prompt has {len(text)} letters; expected at most {MAX_PROMPT}")
@@ -156,7 +156,7 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
 
 
 def _parts(text: str) -> list[_Part]:
-    """The parts of a prompt; one that only says what is not wanted belongs to the one before it, or
+    """The parts of a prompt; one that only excludes words belongs to the one before it, or
     to the next."""
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
@@ -190,8 +190,7 @@ def _parts(text: str) -> list[_Part]:
 
 
 def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
-    """A part as one action, or as two that "and" joins where both are understood and say more than
-    one does."""
+    """Match a part to one action, or to two joined by "and" if both match better than one."""
     halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
     whole: Match | None = None
     refusal: InputError | None = None
@@ -227,8 +226,8 @@ def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
 
 
 def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Seconds or frames that a text asks for with a number and a unit, and the text without
-    them."""
+    """Length in seconds or frames that a text gives with a number and a unit, and the text without
+    it."""
     found = _DURATION.search(text)
     if found is None:
         return None, None, text
@@ -247,8 +246,8 @@ def take_duration(text: str) -> tuple[float | None, int | None, str]:
 
 
 def take_negations(text: str) -> tuple[str, frozenset[str]]:
-    """What a text wants, and the stems of what it does not: "run without stopping" wants "run". A
-    "no" at the end is what is said."""
+    """Split a text into the requested words and the stems of the excluded ones: "run without
+    stopping" requests "run". A "no" at the end counts as a requested word."""
     wanted: list[str] = []
     unwanted: list[str] = []
     negated = False
@@ -272,8 +271,8 @@ def take_negations(text: str) -> tuple[str, frozenset[str]]:
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
-    """A line a part: what it was taken for, and the nearest others where that is not its own
-    name."""
+    """One line per part: its match, and the nearest other actions unless the name matched
+    exactly."""
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"

@@ -1,4 +1,4 @@
-"""What every sampler is asked: the request for clips, the noise, and the contract that both kinds
+"""The interface of samplers: the request for clips, the noise, and the contract that both kinds
 keep."""
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from a2v.motion.steer import Steerer
 from a2v.types import FloatArray, IntArray
 
 Noise = Callable[[tuple[int, ...], int], FloatArray]
-"""Gives standard normal numbers (float32) of a shape, for what begins with a frame of the clips."""
+"""Gives standard normal numbers (float32) of a shape, for the part of the clips that begins with a
+frame."""
 
 RESULTS = ("joints", "rotations")
 """Outputs of every graph: meters, and rotation vectors, (N, T, J, 3) each."""
@@ -24,7 +25,7 @@ RESULTS = ("joints", "rotations")
 
 @dataclass(frozen=True, eq=False)
 class ClipRequest:
-    """Clips that are to be made.
+    """A request for clips.
 
     Attributes
     ----------
@@ -69,7 +70,7 @@ class WindowRequest:
         action.
     headings : (N,) float or None
         First heading of each clip, radians about +y from +z, where headings were not learned; None
-        draws it likewise.
+        draws it in the same way.
     """
 
     labels: IntArray
@@ -80,7 +81,7 @@ class WindowRequest:
 
 
 class Sampler(Protocol):
-    """A way in which an exported graph makes clips. Joints are meters; both results are (N, T, J,
+    """Makes clips from an exported graph. Joints are meters; both results are (N, T, J,
     3) float32."""
 
     @property

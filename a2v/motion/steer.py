@@ -1,7 +1,7 @@
 """Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
 All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are
-not normalized anew: C x = b. On its way the flow heads for a code; what that code misses of the
+not normalized again: C x = b. On its way the flow heads for a code; what that code misses of the
 constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the flow
 settles the rest around it. What normalization moves is measured in the result and given back to the
 goal.
@@ -22,7 +22,7 @@ from a2v.types import FloatArray
 
 @dataclass(frozen=True)
 class CodeReader:
-    """What a code of a window says of its joints.
+    """Linear map from the code of a window to its joints.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def between_frames(values: FloatArray, frames: FloatArray, *, axis: int = 0) -> 
 
 @dataclass(frozen=True)
 class SoftConstraint:
-    """Numbers that a window shall have: ``rows @ code + offset`` near `value`, to within `sigma`.
+    """Target of a window: ``rows @ code + offset`` near `value`, to within `sigma`.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None =
     constraints : sequence of SoftConstraint
         One at least.
     correction : (K,) or None
-        Added to what is wanted: what an earlier result missed.
+        Added to the target: what an earlier result missed.
     """
     rows = np.concatenate([constraint.rows for constraint in constraints])
     sigma = np.concatenate([constraint.sigma for constraint in constraints])
@@ -161,7 +161,7 @@ def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None =
 
 
 class Steerer(Protocol):
-    """What steers the windows of one clip, one after the other."""
+    """Steers the windows of one clip, one after the other."""
 
     start: tuple[FloatArray, float]
     """Where the first root is (3,), meters, and which way the person faces, radians about +y from
@@ -171,13 +171,14 @@ class Steerer(Protocol):
         """The clip's first window (1, W, J, 3), which faces +z at the origin, where it begins."""
 
     def until(self, first: int, end: int) -> int:
-        """Where a window whose frames `first` to `end` (exclusive) are taken shall end."""
+        """The frame at which a window that would give the frames `first` to `end` (exclusive) has
+        to end."""
 
     def window(
         self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float
     ) -> Generator[Steering | None, FloatArray, None]:
-        """What steers a window, again and again: each time it is sent what came of it, (W, J, 3),
-        until it has no more to say.
+        """Yield the steering of a window repeatedly; each time it is sent the resulting joints (W,
+        J, 3), until it returns.
 
         `first` is the clip's frame that the window's first is, `taken` are its own frames that are
         taken, `place` (3,) and `yaw` are where its first root is and which way that frame faces.

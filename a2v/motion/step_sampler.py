@@ -23,7 +23,7 @@ from a2v.types import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class StepSampler:
-    """One frame follows the other; states go from each to the next."""
+    """Makes clips frame by frame; states go from each frame to the next."""
 
     path: Path
     card: StepCard
@@ -71,7 +71,7 @@ class StepSampler:
     def generate_like_data(
         self, request: WindowRequest, generator: np.random.Generator
     ) -> FloatArray:
-        """See `Sampler`: how the data's clips end and head was learned, and cannot be asked for."""
+        """See `Sampler`: how the data's clips end and head was learned, and cannot be set."""
         labels = np.repeat(request.labels[:, None], request.frames, axis=1)
         return self.generate(ClipRequest(labels, request.lengths, normal_noise(generator)))[0]
 

@@ -1,4 +1,4 @@
-"""Who goes faster takes longer steps, not only quicker ones."""
+"""Lengthen the steps of faster motions instead of only quickening them."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from a2v.kinematics.limbs import bend_to, legs_of
 from a2v.types import FloatArray, Motion
 
 LONGEST = 1.25
-"""Most that steps are lengthened by: legs have an end."""
+"""Largest factor on the length of steps, since legs have a length."""
 
 WALKS = 0.4
 """Meters a second from which on a body travels, by twice as much surely."""
 
 AROUND_SECONDS = 0.25
-"""Over which a body's way is looked at (standard deviation)."""
+"""Seconds (standard deviation) over which a body's travel is smoothed."""
 
 
 def strides(speed: FloatArray) -> FloatArray:
-    """How many times as long steps are at a tempo of `speed` times the recorded one: its root, as
-    people share it between length and cadence."""
+    """Factor on the length of steps at a tempo of `speed` times the recorded one: its square root,
+    as people share tempo between length and cadence."""
     longer: FloatArray = np.clip(np.sqrt(speed), 1.0, LONGEST)
     return longer
 

@@ -1,4 +1,4 @@
-"""Several actions in turn, each with its own length and tempo."""
+"""Perform several actions in turn, each with its own length and tempo."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MAX_TIMELINE_BYTES = 1 << 16
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Take:
-    """Clips in numbers: how long, how many, by which seed, on which bones.
+    """Length, rate, seed, number and bone lengths of clips.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Take:
 
 @dataclass(frozen=True)
 class Moments:
-    """When the frames of a result take place.
+    """Times of the frames of a result.
 
     Attributes
     ----------
@@ -73,14 +73,15 @@ class Moments:
         return (len(self.at) - 1) / self.fps
 
     def frame_of(self, time: float) -> float:
-        """What is made for a time of the result, seconds; the last frame for later ones."""
+        """The generated frame for a time of the result in seconds; the last frame for later
+        times."""
         return float(np.interp(time * self.fps, np.arange(len(self.at)), self.at))
 
 
 def read_timeline(
     source: str | os.PathLike[str], vocabulary: Vocabulary
 ) -> tuple[list[Step], list[Match]]:
-    """The steps of a YAML file, and what each was taken for.
+    """Read the steps of a YAML file and the match of each.
 
     It is a list of ``{action: ..., style: ..., seconds: ..., frames: ..., seed: ..., speed: ...}``:
     action and style are words as in a prompt, the other entries those of `Step`.
@@ -133,7 +134,7 @@ def _timed_step(
 
 
 def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
-    """Frames of each step at `fps`: what it asks for, else an equal share of `frames`.
+    """Frames of each step at `fps`: its own length, else an equal share of `frames`.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def perform(
     skip_rest: bool = False,
     steerer: Callable[[Moments], Steerer] | None = None,
 ) -> Motion:
-    """Clips of `steps` in turn, each as long as it says.
+    """Make clips of `steps` in turn, each of its own length.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The actions that can be asked for, searchable by free text.
+"""The available actions, searchable by free text.
 
 A prompt's words, in common form (`a2v.motion.lexicon`), are explained by the words of an action's
 name, or by what else it is called. An action's score is the share of them that it explains, each
@@ -21,7 +21,7 @@ from a2v.errors import InputError
 from a2v.io import shorten
 from a2v.motion.card import ModelCard
 from a2v.motion.lexicon import PARTICLE, PARTICLES, Word, canonical_words, read_words
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 
@@ -37,25 +37,25 @@ LEAST_SCORE = 0.55
 UNEXPLAINED_NAME = 0.6
 """How much a word of the action's name that the prompt lacks counts against it."""
 ANOTHER_NAME = 0.1
-"""The same where the prompt has none of them, and says it in other words."""
+"""The same if the prompt has none of them and uses other words."""
 OTHER_KIND = 0.55
 KIND_SHARE = 0.5
 """How much of a word an action's family explains."""
 HINT_SHARE = 0.8
-"""How much of a word what else an action is called explains."""
+"""How much of a word another name of an action explains."""
 PLACED_WORD = 0.4
-"""Share of its weight that a word has which says where something takes place ("stand up from the
+"""Share of its weight that a word of place has ("stand up from the
 floor"), for actions that do not have it."""
 ADVERB = 0.4
-"""The same of words that say how: "listen carefully", "run away scared"."""
+"""The same for words of manner: "listen carefully", "run away scared"."""
 HINT = 0.55
 """Weight of a word that no name has, only what actions are called besides."""
 TEMPO_WEIGHT = 0.3
 ANIMALS = "Animal Behavior"
 """The family of animals."""
 ANIMAL = 2.0
-"""Weight of the name of an animal that acts, or like which somebody does: whatever an elephant
-does, it is the elephant's."""
+"""Weight of the name of an animal that acts or is imitated: the action of an elephant is the
+elephant's."""
 DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
 """Least weight of a word of a name that is no tempo and no particle."""
@@ -64,7 +64,7 @@ OFFERED = 5
 
 
 class UnknownActionError(InputError):
-    """Words that mean no action.
+    """Words that match no action.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class UnknownActionError(InputError):
 
 @dataclass(frozen=True)
 class Match:
-    """What a piece of text was taken for.
+    """The action that a piece of text was matched to.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class Vocabulary:
 
     @classmethod
     def of(cls, card: ModelCard) -> Vocabulary:
-        """What a model's file says of its actions."""
+        """The vocabulary of a model's actions."""
         traits = dict(zip(card.actions, card.traits, strict=True)) if card.traits else {}
         split = {action: [trait.partition(":") for trait in own] for action, own in traits.items()}
         return cls(
@@ -177,7 +177,7 @@ class Vocabulary:
 
     @cached_property
     def weights(self) -> dict[str, float]:
-        """How much a word tells, at most 1: the rarer among the actions' names, the more."""
+        """Weight of each word, at most 1: the rarer among the actions' names, the higher."""
         counts = Counter(word for name in self._names for word in name)
         rarest = math.log(1 + len(self.actions))
         weights = {
@@ -208,7 +208,7 @@ class Vocabulary:
 
     @cached_property
     def _trigrams(self) -> list[tuple[Counter[str], float]]:
-        """Trigrams of what each action is described by, and the norm of their counts."""
+        """Trigrams of the descriptions of each action, and the norm of their counts."""
         texts = (" ".join([action, *self.descriptions.get(action, ())]) for action in self.actions)
         return [(grams, _norm(grams)) for grams in map(trigrams, texts)]
 
@@ -254,8 +254,8 @@ class Vocabulary:
         kind: frozenset[str],
         against: float,
     ) -> float:
-        """How much of the `words` an action of that name, those traits and that family explains,
-        over what is left open on both sides."""
+        """Share of the `words` that an action of that name, those traits and that family explains,
+        over all words of both sides."""
         explained, total, told = 0.0, against, False
         for stem, word in words.items():
             weight = ANIMAL if word.leading and stem in self._animals else self.weights[stem]
@@ -280,7 +280,8 @@ class Vocabulary:
         return explained / (total + missing) if told else 0.0
 
     def match(self, text: str, without: Collection[str] = ()) -> Match:
-        """The action that a piece of text means, none that has a word of `without`.
+        """The action that best matches a piece of text, without those that have a word of
+        `without`.
 
         Raises
         ------
@@ -326,6 +327,6 @@ def _norm(counts: Counter[str]) -> float:
 
 @cache
 def other_names() -> dict[str, tuple[str, ...]]:
-    """Actions to what they are called besides, of ``aliases.csv``."""
+    """The other names of actions, from ``aliases.csv``."""
     with ALIASES.open(newline="", encoding="utf-8") as stream:
         return {row["action"]: tuple(row["aliases"].split(";")) for row in csv.DictReader(stream)}

@@ -1,4 +1,4 @@
-"""Ways over the ground: paths out of points and drawings, and where somebody who walks along one is
+"""Ways over the ground: paths from points and drawings, and where a person who walks along one is
 at each moment."""
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ALONG = 2.0
 SLOWEST = 0.4
 
 AHEAD = 0.3
-"""Seconds before and after over which the way that is faced is taken."""
+"""Seconds before and after a moment over which the heading is measured."""
 
 _GRID = 0.02
 
@@ -104,7 +104,7 @@ class GroundPath:
 
 @dataclass(frozen=True)
 class Way:
-    """Where somebody is who goes along a path.
+    """Position and heading of a person along a path.
 
     Attributes
     ----------
@@ -221,7 +221,8 @@ def _read_svg(source: str) -> GroundPath:
 
 
 def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> FloatArray:
-    """Points (N, 2) along the first contour of what a pen was told; curves in sixteen pieces."""
+    """Points (N, 2) along the first contour of recorded pen commands; each curve becomes sixteen
+    lines."""
     share = np.linspace(0, 1, 17)[1:, None]
     points = np.zeros((0, 2))
     for name, given in drawn:

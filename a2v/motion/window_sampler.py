@@ -1,4 +1,4 @@
-"""Clips window by window: each goes on from the last frames of the one before."""
+"""Make clips window by window: each continues the last frames of the one before."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from a2v.kinematics.ground import face_forward, heading
 from a2v.motion.beginnings import rests, shifted
 from a2v.motion.card import WindowCard
 from a2v.motion.crossfade import crossfade, lowest
+from a2v.motion.growing import GrowingClips
 from a2v.motion.sampling import (
     RESULTS,
     ClipRequest,
@@ -26,86 +27,29 @@ from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
 
 CHANGE_SECONDS = 0.25
-"""Over which one action fades into another."""
+"""Seconds over which one action fades into another."""
 
 SHORT_SHARE = 0.3
-"""Share of a window under which the middle clip of an action is short: somebody who runs through
-the laboratory, in three seconds at most."""
+"""Share of a window under which the middle clip of an action is short: a person who runs through
+the laboratory in at most three seconds."""
 
 ENDING_FRAMES = 2
-"""Frames at the end of a window's motion in which it comes to rest; a window that is gone on from
-does without them."""
+"""Frames at the end of a window's motion in which it comes to rest; a window that is continued
+loses them."""
 
 BROKEN = 20
 """The shortest clips of an action, one in this many, are never drawn: beside many longer ones they
 are mostly recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and the model repeats it
-where that length is asked for). `export/sample.py` and the page do the same."""
+if that length is requested). `export/sample.py` and the page do the same."""
 
 LOGISTIC = 1.702
 """The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth:
 `export/sample.py` and the page can compute it too."""
 
 
-@dataclass
-class _Done:
-    """Clips that become longer, each by itself.
-
-    Attributes
-    ----------
-    joints, rotations : (N, T, J, 3) float32
-    ahead : (N, F, J, 3) float32
-        What would have come after what each clip has.
-    at : (N,) int64
-        Frames that each clip has.
-    """
-
-    joints: FloatArray
-    rotations: FloatArray
-    ahead: FloatArray
-    at: IntArray
-
-    @classmethod
-    def empty(cls, count: int, frames: int, joints: int, ahead: int) -> _Done:
-        made = np.zeros((count, frames, joints, 3), np.float32)
-        return cls(
-            made,
-            made.copy(),
-            np.zeros((count, ahead, joints, 3), np.float32),
-            np.zeros(count, np.int64),
-        )
-
-    def add(
-        self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray
-    ) -> None:
-        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3);
-        what follows them is ahead."""
-        own, fade = np.arange(len(rows))[:, None], np.arange(self.ahead.shape[1])
-        at, longest = self.at[rows], int(take.max())
-        if (at == at[0]).all() and (take == longest).all() and len(rows) == len(self.at):
-            self.joints[:, at[0] : at[0] + longest], self.rotations[:, at[0] : at[0] + longest] = (
-                joints[:, :longest],
-                rotations[:, :longest],
-            )
-        else:
-            wanted = np.arange(longest) < take[:, None]
-            clip, frame = np.nonzero(wanted)
-            self.joints[rows[clip], at[clip] + frame] = joints[clip, frame]
-            self.rotations[rows[clip], at[clip] + frame] = rotations[clip, frame]
-        if joints.shape[1]:
-            self.ahead[rows] = joints[own, np.minimum(take[:, None] + fade, joints.shape[1] - 1)]
-        self.at[rows] = at + take
-
-    def last(self, rows: IntArray, count: int) -> FloatArray:
-        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated
-        where there are fewer."""
-        at = np.maximum(self.at[rows][:, None] + np.arange(-count, 0), 0)
-        frames: FloatArray = self.joints[rows[:, None], at]
-        return frames
-
-
 @dataclass(frozen=True)
 class WindowSampler:
-    """Whole windows, each of which goes on from the last frames of the one before."""
+    """Makes whole windows, each of which continues the last frames of the one before."""
 
     path: Path
     card: WindowCard
@@ -141,8 +85,8 @@ class WindowSampler:
         `active_shares` by the last number of their `noise` (N, Z).
 
         That is the noise of the code's least coefficient, so that nothing else depends on it. A
-        window that goes on from another is as long as one of the longer half: a clip is gone on
-        with, and not begun again and again.
+        window that continues another gets one of the longer half, so that a clip continues instead
+        of beginning again and again.
         """
         u = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
         drawn = np.zeros(len(label), np.float32)
@@ -173,7 +117,7 @@ class WindowSampler:
         lengths : (N, J) float
             Native units.
         context : (N, P, J, 3) float or None
-            Frames that the window repeats at its start and goes on from, meters.
+            Frames that the window repeats at its start and continues, meters.
         steering : Steering or None
             Constraints for all of the windows.
         """
@@ -197,7 +141,8 @@ class WindowSampler:
         )
 
     def reader(self, lengths: FloatArray) -> CodeReader:
-        """What the codes of this model say of the joints of a body with bones of `lengths` (J,),
+        """Linear map from the codes of this model to the joints of a body with bones of `lengths`
+        (J,),
         native units.
 
         Raises
@@ -244,7 +189,7 @@ class WindowSampler:
         labels, steerer = request.labels, request.steerer
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
-        done = _Done.empty(
+        done = GrowingClips.empty(
             count, frames, len(self.card.joint_names), max(2, round(CHANGE_SECONDS * self.card.fps))
         )
         if request.start is not None:
@@ -278,7 +223,7 @@ class WindowSampler:
         return done.joints, done.rotations
 
     def _next_window(
-        self, request: ClipRequest, done: _Done, rows: IntArray, end: int, *, begins: bool
+        self, request: ClipRequest, done: GrowingClips, rows: IntArray, end: int, *, begins: bool
     ) -> _Window:
         """The window that the clips `rows` continue with, before frame `end`; one that `begins`
         fades in from what was ahead."""
@@ -402,7 +347,8 @@ class _Window:
 def _guided(
     window: _Window, steerer: Steerer, joints: FloatArray, *, take: int
 ) -> tuple[FloatArray, FloatArray]:
-    """The `window` after `joints` (1, T, J, 3) as `steerer` wants it; its known frames are the last
+    """The `window` after `joints` (1, T, J, 3) with the constraints of `steerer`; its known frames
+    are the last
     of these."""
     known, skeleton = window.known, window.sampler.card.skeleton
     first = joints.shape[1] - known

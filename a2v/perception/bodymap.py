@@ -1,9 +1,9 @@
-"""What each pixel of a person shows of the body, by a network of our own: its place on the body,
-its depth, and the landmarks in 3D.
+"""The body map: for each pixel of a person the place on the body and the depth, and 3D landmarks,
+predicted by a network.
 
-The network is BlazePose's, trained on in the studio (`a2v.lab.bodymap`): it knows no person's size,
-so that all lengths are in pixels, and all depths are measured over the floor from the middle of the
-hips, as in `a2v.types.Subject`.
+The network is BlazePose's, trained further in the studio (`a2v.lab.bodymap`). It cannot know a
+person's size, so all lengths are in pixels; all depths are measured over the floor from the middle
+of the hips, as in `a2v.types.Subject`.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ PICTURE = 256
 FILL = 0.8
 """Longer side of the person's box in that square."""
 GRAY = 0.627
-"""What is behind the person: crowds and buses are not what the network has learned from."""
+"""Color behind the person: the network has not learned from real backgrounds."""
 _HALF_SURE = 0.02
 """Expected error of a landmark in the picture at which it counts half, relative to the height."""
 _OVERSURE = np.array([2.0, 0.7])
-"""Errors in the picture and in depth are so many times as large as the network expects: photographs
-are no studio, but of depth the detector knows little."""
+"""Factors on the network's expected errors in the picture and in depth. In the picture it is too
+confident on photographs; in depth the detector is less reliable still."""
 _LEAST = 0.006
 _DETECTOR = (0.02, 0.12)
 """Expected errors of the detector's landmarks in the picture and in depth, relative to the height
 (docs/research/fitting.md)."""
 _APART = 0.08
-"""Landmarks that lie farther apart, relative to the height, are not of one place."""
+"""Distance relative to the height above which two landmarks are not the same place."""
 
 
 def look_at_body(
     image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0
 ) -> BodyMap:
-    """Look at a person twice, as the photo is and mirrored.
+    """Predict the body map of a person as the mean over the photo and its mirror image.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def look_at_body(
     Raises
     ------
     InputError
-        The mask is empty, or the file is none of ours.
+        The mask is empty, or the file is not a body map network.
     """
     rows, columns = np.nonzero(mask > 0.5)
     if not len(rows):
@@ -104,11 +104,11 @@ def height_in_pixels(landmarks: FloatArray) -> float:
 def mended(
     keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False
 ) -> tuple[FloatArray, FloatArray]:
-    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, and the body
-    map's as one: means by what errors are expected.
+    """Merge the detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, with the
+    body map's: means weighted by their expected errors.
 
-    The detector has seen more photographs, the network more poses. Where the two lie apart it is
-    the surer one that counts, with less confidence.
+    The detector has seen more photographs, the network more poses. Where the two lie apart, the
+    landmark with the smaller expected error is taken, with less confidence.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def mended(
     found : BodyMap
         Of the same picture.
     keep : bool
-        `keypoints` are the user's: they stay, and count for the detector's.
+        `keypoints` are the user's and stay; they take the place of the detector's.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def mended(
     deep = _depths_in_pixels(keypoints, keypoints_3d)
     if all(leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")):
         share[:, 1] = (
-            # the detector's depths are put upright by people who stand: of them it knows best
+            # the detector's depths are corrected on standing people and most accurate for them
             # (docs/research/fitting.md)
             0
         )
@@ -160,13 +160,13 @@ def mended(
         * (TYPICAL_HEIGHT / height_in_pixels(places))
         * np.array([1.0, -1.0, 1.0])
     )
-    told = keypoints if keep else np.concatenate([pixels, sure[:, None]], axis=1)
-    return told.astype(np.float32), places.astype(np.float32)
+    merged = keypoints if keep else np.concatenate([pixels, sure[:, None]], axis=1)
+    return merged.astype(np.float32), places.astype(np.float32)
 
 
 def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where it says nothing,
-    or nothing that agrees with the picture."""
+    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where they are unknown
+    or do not agree with the picture."""
     if not np.isfinite(keypoints_3d).all():
         return np.full(len(keypoints), np.nan)
     _, scale = picture_plane(keypoints, keypoints_3d)
@@ -205,12 +205,12 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
         np.float32
     )
     picture = np.concatenate(
-        [before_gray(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1
+        [on_gray(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1
     )
     return np.ascontiguousarray(picture.transpose(2, 0, 1))
 
 
-def before_gray(
+def on_gray(
     picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, gray: float | FloatArray = GRAY
 ) -> FloatArray:
     """A picture (H, W, 3) float32 of the person alone.
@@ -234,7 +234,7 @@ def before_gray(
 def _in_pixels(
     points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float
 ) -> BodyMap:
-    """What the network says of a square around `middle`, in pixels of the photo: landmarks (33, 3),
+    """The network's output for a square around `middle` in pixels of the photo: landmarks (33, 3),
     scales (33, 2), maps (9, h, w)."""
     landmarks = np.concatenate(
         [middle + (points[:, :2] - 0.5) * side, points[:, 2:] * side], axis=1

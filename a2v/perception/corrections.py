@@ -1,5 +1,5 @@
-"""What a user corrects of what was seen in a photo: landmarks, which way a limb points, the mask,
-and who is meant."""
+"""A user's corrections of the detection in a photo: landmarks, directions of limbs, the mask, and
+which person is meant."""
 
 from __future__ import annotations
 
@@ -10,15 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from a2v.errors import InputError
 from a2v.io import brief
-from a2v.kinematics import best_scale
-from a2v.kinematics.names import LANDMARK_INDEX, LIMB_BONES, LIMBS_BY_HEIGHT
-from a2v.kinematics.stature import TYPICAL_HEIGHT
+from a2v.kinematics.names import LANDMARK_INDEX, LIMB_BONES
 from a2v.plain_yaml import parse_yaml
-from a2v.types import FloatArray
 
 MAX_BYTES = 1 << 20
 """Of a file of corrections."""
@@ -26,30 +21,13 @@ MAX_STROKES = 500
 MAX_POINTS = 20_000
 """Of all strokes together."""
 MAX_PERSON = 5
-"""People that are told apart in a photo."""
+"""Largest number of people that are distinguished in a photo."""
 UNITS = ("pixels", "fractions")
 WAYS = {"front": 1.0, "back": -1.0}
 """Where the far end of a limb's bone lies, seen from its near end, and the sign of that depth."""
 EXPECTED = "a YAML mapping with some of units, person, landmarks, limbs, mask"
 _FAR = 100_000.0
 """Largest coordinate, pixels."""
-_NEAR = 0.05
-"""A landmark that is moved by less keeps its depth; fraction of the person's height."""
-_ALONG = {
-    f"{side}_{joint}": tuple(f"{side}_{name}" for name in names)
-    for side in ("left", "right")
-    for joint, names in {
-        "wrist": ("pinky", "index", "thumb"),
-        "ankle": ("heel", "foot_index"),
-    }.items()
-}
-"""Landmarks of a hand or a foot, which move along with its joint."""
-_LEAST_DEPTH = 0.35
-"""Part of a limb's length by which its ends differ in depth at least, where somebody says which way
-it points."""
-_CORE = 0.7
-"""Part of a stroke's radius within which the mask is certain; between it and the radius the photo's
-edges count too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +51,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """What a user says of a photo instead of the detectors.
+    """Values of a user that replace those of the detectors.
 
     Attributes
     ----------
@@ -100,8 +78,8 @@ class Corrections:
 
     @classmethod
     def of(cls, content: object, source: object = "the corrections") -> Corrections:
-        """Corrections out of YAML or JSON; see docs/perception.md. `source` is what messages call
-        it.
+        """Corrections out of YAML or JSON; see docs/perception.md. `source` names them in
+        messages.
 
         Raises
         ------
@@ -117,9 +95,12 @@ class Corrections:
             raise InputError(f"{source}: units are {brief(units)}; expected {' or '.join(UNITS)}")
         far = 2.0 if units == "fractions" else _FAR
         return cls(
-            units=units, person=_person(found.get("person"), far, source), landmarks=_landmarks(found.get("landmarks"), far, source),
-            limbs=_limbs(found.get("limbs"), source), strokes=_strokes(found.get("mask"), far, source),
-        )  # fmt: skip
+            units=units,
+            person=_person(found.get("person"), far, source),
+            landmarks=_landmarks(found.get("landmarks"), far, source),
+            limbs=_limbs(found.get("limbs"), source),
+            strokes=_strokes(found.get("mask"), far, source),
+        )
 
     def __bool__(self) -> bool:
         return self.person is not None or bool(self.landmarks or self.limbs or self.strokes)
@@ -164,7 +145,8 @@ class Corrections:
         for name, u, v in moved.landmarks:
             if not (-width <= u <= 2 * width and -height <= v <= 2 * height):
                 raise InputError(
-                    f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the photo's {width} x {height} pixels; are they of this photo?"
+                    f"the corrections put {name} at ({u:.0f}, {v:.0f}), far outside of the "
+                    f"photo's {width} x {height} pixels; are they of this photo?"
                 )
         return dataclasses.replace(moved, units="pixels")
 
@@ -192,147 +174,19 @@ class Corrections:
 
 
 def read_corrections(data: bytes, source: object) -> Corrections:
-    """Corrections out of a YAML file's bytes; `source` is what messages call it.
+    """Corrections out of a YAML file's bytes; `source` names it in messages.
 
     Raises
     ------
     InputError
-        It is no YAML, too long, or says what cannot be.
+        It is no YAML, too long, or has an impossible value.
     """
     if len(data) > MAX_BYTES:
         raise InputError(
-            f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of corrections"
+            f"{source} has {len(data) >> 10} kB; expected at most {MAX_BYTES >> 10} kB of "
+            "corrections"
         )
     return Corrections.of(parse_yaml(data, source, "file of corrections", EXPECTED), source)
-
-
-# --- what they change; positions are in pixels of the same picture
-
-
-def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = False) -> FloatArray:
-    """The mask (H, W) float32 with the strokes drawn into it, in pixels of it; of their `core`
-    alone if that is asked."""
-    import cv2
-
-    if not strokes:
-        return mask
-    drawn = mask
-    for stroke in strokes:
-        touched = np.zeros(mask.shape, np.uint8)
-        radius = max(0.5, stroke.radius * (_CORE if core else 1.0))
-        points = np.clip(np.round(np.array(stroke.points) * 8), -(2**28), 2**28).astype(np.int32)
-        cv2.polylines(
-            touched,
-            [points[:, None]],
-            False,
-            1,
-            max(1, min(round(2 * radius), 32767)),
-            cv2.LINE_8,
-            3,
-        )
-        for point in (points[0], points[-1]):
-            cv2.circle(
-                touched, (int(point[0]), int(point[1])), round(8 * radius), 1, -1, cv2.LINE_8, 3
-            )
-        drawn = np.where(touched > 0, np.float32(stroke.add), drawn)
-    return np.asarray(drawn, np.float32)
-
-
-def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
-    """Landmarks (33, 3), u, v and confidence, with the given ones in their places and certain;
-    hands and feet move along with wrists and ankles."""
-    if not corrections.landmarks:
-        return points
-    placed = points.copy()
-    for name, u, v in corrections.landmarks:
-        step = np.array([u, v], points.dtype) - points[LANDMARK_INDEX[name], :2]
-        placed[[LANDMARK_INDEX[other] for other in _ALONG.get(name, ())], :2] += step
-    for name, u, v in corrections.landmarks:
-        placed[LANDMARK_INDEX[name]] = (u, v, 1.0)
-    return placed
-
-
-def correct_landmarks(
-    points: FloatArray, points_3d: FloatArray, corrections: Corrections
-) -> tuple[FloatArray, FloatArray]:
-    """Landmarks in the picture and in space as the corrections have them.
-
-    A landmark that is moved far has no depth from then on: what was seen of it was of something
-    else. The bones of `Corrections.limbs` are turned to the said side by the depth that they have,
-    or by what their length in the picture leaves, and what hangs on them moves along.
-
-    Parameters
-    ----------
-    points : (33, 3)
-        u, v in pixels, confidence.
-    points_3d : (33, 3)
-        Meters, y up, +z towards the camera; NaN where unknown.
-
-    Returns
-    -------
-    The same, changed.
-    """
-    if not corrections.landmarks and not corrections.limbs:
-        return points, points_3d
-    placed = place_landmarks(points, corrections)
-    space = points_3d.copy()
-    known = np.isfinite(points_3d).all(axis=1)
-    scale = 0.0
-    if known.sum() >= 4:
-        flat = points[:, :2] * np.array([1.0, -1.0])
-        scale = best_scale(
-            points_3d[known, :2].astype(np.float64),
-            flat[known].astype(np.float64),
-            points[known, 2].astype(np.float64) + 1e-6,
-        )
-    if scale > 1:
-        step = (placed[:, :2] - points[:, :2]) / scale
-        space[:, :2] += step * np.array([1.0, -1.0])
-        space[np.hypot(*step.T) > _NEAR * TYPICAL_HEIGHT] = np.nan
-    for name, way in (
-        sorted(corrections.limbs, key=lambda limb: list(LIMB_BONES).index(limb[0]))
-        if scale > 1
-        else ()
-    ):
-        _turn(space, name, WAYS[way])
-    return placed.astype(points.dtype), space.astype(points_3d.dtype)
-
-
-def _turn(space: FloatArray, bone: str, sign: float) -> None:
-    """Move the far end of a bone, and what hangs on it, to the front (1) or the back (-1); `space`
-    (33, 3) is changed."""
-    near, far, *hanging = (LANDMARK_INDEX[name] for name in LIMB_BONES[bone])
-    if not np.isfinite(space[[near, far]]).all():
-        return
-    along = space[far] - space[near]
-    first, last = (name.split("_")[1] for name in LIMB_BONES[bone][:2])
-    length = LIMBS_BY_HEIGHT[(first, last)] * TYPICAL_HEIGHT
-    depth = abs(along[2])
-    if along[2] * sign < 0 or depth < _LEAST_DEPTH * length:
-        left = math.sqrt(max(0.0, length**2 - float(along[:2] @ along[:2])))
-        depth = max(depth, left, _LEAST_DEPTH * length)
-    space[[far, *hanging], 2] += space[near, 2] + sign * depth - space[far, 2]
-
-
-def given_landmarks(corrections: Corrections) -> np.ndarray | None:
-    """Which landmarks (33,) bool the user has placed; None for none."""
-    if not corrections.landmarks:
-        return None
-    given = np.zeros(len(LANDMARK_INDEX), bool)
-    given[[LANDMARK_INDEX[name] for name, _, _ in corrections.landmarks]] = True
-    return given
-
-
-def told_sides(corrections: Corrections) -> np.ndarray | None:
-    """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where
-    nothing is said."""
-    if not corrections.limbs:
-        return None
-    ways = dict(corrections.limbs)
-    return np.array([WAYS.get(ways.get(name, ""), 0.0) for name in LIMB_BONES], np.float32)
-
-
-# --- reading
 
 
 def _check_names(found: Mapping[Any, Any], known: Sequence[str], source: object, what: str) -> None:
@@ -374,7 +228,8 @@ def _person(value: object, far: float, source: object) -> int | tuple[float, ...
         if left < right and top < bottom:
             return left, top, right, bottom
     raise InputError(
-        f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box [left, top, right, bottom]"
+        f"{source}: person is {brief(value)}; expected 1 (the largest) to {MAX_PERSON}, or a box "
+        "[left, top, right, bottom]"
     )
 
 
@@ -382,7 +237,8 @@ def _landmarks(value: object, far: float, source: object) -> tuple[tuple[str, fl
     found = {} if value is None else value
     if not isinstance(found, Mapping):
         raise InputError(
-            f"{source}: landmarks are {brief(found)}; expected a mapping such as {{left_wrist: [510, 380]}}"
+            f"{source}: landmarks are {brief(found)}; expected a mapping such as "
+            f"{{left_wrist: [510, 380]}}"
         )
     _check_names(found, list(LANDMARK_INDEX), source, "landmark")
     return tuple(sorted((name, *_place(place, far, name, source)) for name, place in found.items()))
@@ -392,7 +248,8 @@ def _limbs(value: object, source: object) -> tuple[tuple[str, str], ...]:
     found = {} if value is None else value
     if not isinstance(found, Mapping):
         raise InputError(
-            f"{source}: limbs are {brief(found)}; expected a mapping such as {{left_lower_arm: front}}"
+            f"{source}: limbs are {brief(found)}; expected a mapping such as "
+            f"{{left_lower_arm: front}}"
         )
     _check_names(found, list(LIMB_BONES), source, "limb")
     for name, way in found.items():
@@ -405,7 +262,8 @@ def _strokes(value: object, far: float, source: object) -> tuple[Stroke, ...]:
     found = [] if value is None else value
     if not isinstance(found, list | tuple) or len(found) > MAX_STROKES:
         raise InputError(
-            f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes such as {{add: [[510, 380], [520, 400]], radius: 12}}"
+            f"{source}: mask is {brief(found)}; expected a list of at most {MAX_STROKES} strokes "
+            f"such as {{add: [[510, 380], [520, 400]], radius: 12}}"
         )
     strokes = tuple(
         _stroke(one, far, f"stroke {number} of the mask", source)
@@ -429,7 +287,7 @@ def _stroke(value: object, far: float, what: str, source: object) -> Stroke:
         raise InputError(
             f"{source}: {what} has the points {brief(points)}; expected a list of [u, v]"
         )
-    if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]  # a number, as was just found
+    if not _number(radius) or not 0 < radius <= far:  # type: ignore[operator]
         raise InputError(
             f"{source}: {what} has the radius {brief(radius)}; expected a number over 0"
         )

@@ -1,9 +1,9 @@
-"""The detector's depths put upright: what mediapipe errs by alike on every photo, learned from
-people whose depth is known.
+"""Correct the detector's depths by mediapipe's systematic errors, learned from people whose depth
+is known.
 
 The detector's 3D keypoints are in the axes of the camera, which looks down on most people, and it
-holds arms too far to the front: over studio photos their depths were 8 cm off in the mean, mostly
-by a lean of 8 degrees. A linear map from everything that the detector says (3D, 2D, confidences) to
+holds arms too far to the front: over studio photos their depths were 8 cm off on average, mostly
+by a lean of 8 degrees. A linear map from all outputs of the detector (3D, 2D, confidences) to
 the depths over the floor of a body model's landmarks takes a third to a half of that away
 (`scripts/fit_depth_correction.py`, which made the shipped file, prints by how much on people who
 were held out).
@@ -79,7 +79,7 @@ def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[Floa
 
 
 def detector_features(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """All that the detector says, without the person's place and size in the picture: (198,)
+    """All outputs of the detector, without the person's place and size in the picture: (198,)
     float64."""
     plane, _ = picture_plane(keypoints, keypoints_3d)
     points = keypoints_3d - keypoints_3d[HIPS].mean(axis=0)
@@ -96,7 +96,7 @@ def put_upright(
     `a2v.types.Subject` has them.
 
     x and y are those of the picture, z is corrected; meters from the middle of the hips. Unknown
-    (NaN) ones, and ones that do not agree with the picture at all, stay as they are.
+    (NaN) ones, and ones that do not agree with the picture at all, are returned unchanged.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _WIDER = (0.0, 0.12, 0.3, 0.6)
 """Borders to add where nobody is found, shares of the longer side: people who stoop or turn away
 are found when they are smaller."""
 _CONSPICUOUS = 0.02
-"""Share of the picture that somebody found in this way fills at least; who is smaller is looked for
+"""Smallest share of the picture that a person found in this way fills. Smaller people are searched
 in tiles."""
 
 
@@ -49,7 +49,7 @@ class Detection:
         return float((self.mask > 0.5).sum())
 
     def mirrored(self) -> Detection:
-        """The person of whom this one is the mirror image."""
+        """The person in the mirrored picture."""
         keypoints, keypoints_3d = (
             self.keypoints[MIRRORED_BLAZEPOSE],
             self.keypoints_3d[MIRRORED_BLAZEPOSE],
@@ -78,14 +78,14 @@ class Detection:
 
 
 _REMARK = re.compile(rb"(INFO|WARNING|libEGL warning|MESA[\w-]*): |[IW]\d{4}")
-"""How lines of mediapipe's C++ (absl, TensorFlow Lite) and of graphics libraries begin that tell of
-no error."""
+"""Beginnings of log lines of mediapipe's C++ (absl, TensorFlow Lite) and of graphics libraries that
+report no error."""
 
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep remarks off the process's stderr: mediapipe's C++ logs there past every Python setting.
-    Lines that are no remarks follow at the end."""
+    """Keep remarks off the process's stderr, where mediapipe's C++ logs whatever Python's settings
+    are. All other lines are written at the end."""
     sys.stderr.flush()
     saved = os.dup(2)
     with tempfile.TemporaryFile() as kept:
@@ -118,7 +118,7 @@ class Solution:
             import mediapipe as mp
 
             self._graph = self._made(mp.solutions)
-            self._graph._graph.wait_until_idle()  # its threads open the models, and say so
+            self._graph._graph.wait_until_idle()  # its threads open the models, and log it
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -201,12 +201,11 @@ class Detector(Solution):
         return detection if _is_plausible(detection) else None
 
     def persistent(self, picture: ByteArray) -> Detection | None:
-        """As `one`, and as `one_wider` where that finds nobody."""
+        """As `one`; if that finds nobody, as `one_wider`."""
         return self.one(picture) or self.one_wider(picture)
 
     def one_wider(self, picture: ByteArray) -> Detection | None:
-        """A person who is not found at once, in smaller and mirrored pictures with more around
-        them; the largest, or None."""
+        """The largest person in smaller and mirrored pictures with wider borders, or None."""
         import cv2
 
         found: list[Detection] = []
@@ -287,7 +286,7 @@ class Detector(Solution):
     def _around(
         self, full: ByteArray, points: FloatArray, back: float, size: tuple[int, int]
     ) -> Detection | None:
-        """Search again around a person whom a tile's edge may have cut."""
+        """Search again around a person that a tile's edge may have cut."""
         import cv2
 
         low, high = points.min(axis=0), points.max(axis=0)
@@ -356,8 +355,8 @@ def _paint_over(picture: ByteArray, region: BoolArray) -> ByteArray:
 
 
 def _is_plausible(person: Detection) -> bool:
-    """Whether the landmarks and the mask speak of the same figure (mediapipe now and then sees one
-    in a texture)."""
+    """Whether landmarks and mask belong to the same figure (mediapipe sometimes detects one in a
+    texture)."""
     height, width = person.mask.shape
     if person.area < 0.001 * height * width:
         return False

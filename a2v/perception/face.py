@@ -12,15 +12,15 @@ from a2v.types import ByteArray, FloatArray
 FACE_POINTS = 478
 """Landmarks of a face: mediapipe's 468 of the mesh and 5 of each iris."""
 CROP = 512
-"""The face is looked at in a square of so many pixels."""
+"""Side of the square in which the face is detected, pixels."""
 LEAST_FACE = 14.0
-"""Faces of less distance between the eyes, pixels, are not looked at."""
+"""Smallest distance between the eyes, pixels, of a face that is detected."""
 
 GLANCES = (
     (0.0, 0.0, 1.0), (0.06, 0.0, 1.0), (-0.06, 0.0, 1.0), (0.0, 0.06, 1.0), (0.0, -0.06, 1.0),
     (0.0, 0.0, 0.88), (0.0, 0.0, 1.14), (0.05, 0.05, 0.94), (-0.05, -0.05, 1.07),
 )  # fmt: skip
-"""Squares at which a face is looked at: to the right, down, and how large, in halves of the
+"""Squares in which a face is detected: shift to the right and down, and size, in halves of the
 square."""
 
 
@@ -90,7 +90,7 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 
 
 def look_closely(image: ByteArray, middle: FloatArray, half: float) -> FloatArray | None:
-    """Landmarks of the face in a square, the median of what the detector sees in `GLANCES` at it.
+    """Landmarks of the face in a square: the median of the detections in `GLANCES`.
 
     One glance is a matter of luck: moved by 3 % of the square, the detector sees the same photo's
     landmarks elsewhere by up to 5 pixels of a face of 512 (docs/face.md).

@@ -14,15 +14,13 @@ HAND_POINTS = 21
 """Landmarks of a hand: the wrist, then four of each finger from the thumb to the little one, from
 the palm to the tip."""
 CROP = 256
-"""A hand is looked at in a square of so many pixels."""
+"""Side of the square in which a hand is detected, pixels."""
 LEAST_HAND = 12.0
-"""Hands of which the detector of people sees less than so many pixels between wrist and knuckles
-are not looked at."""
+"""Smallest distance between wrist and knuckles, pixels, of a hand that is detected."""
 GLANCES = (0.8, 1.0, 1.25)
-"""Squares at which a hand is looked at, in sides of the square."""
+"""Squares in which a hand is detected, in sides of the square."""
 _FAR = 1.0
-"""Where the wrist is farther off than so many lengths of the palm, the hand that is seen is
-another."""
+"""Distance of the wrist, in lengths of the palm, above which the detected hand is another one."""
 
 
 class HandDetector(Solution):
@@ -73,7 +71,7 @@ class HandDetector(Solution):
 
 
 def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-    """Landmarks of a person's hands: of each the median of what is seen in `GLANCES`, where most of
+    """Landmarks of a person's hands: of each the median over `GLANCES`, where most of
     them see a hand of that side at its wrist.
 
     Parameters

@@ -88,7 +88,10 @@ def read_openpose(
     InputError
         No JSON, another layout, numbers that are none, or nobody in it.
     """
-    expected = "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points (x, y, confidence)"
+    expected = (
+        "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points "
+        "(x, y, confidence)"
+    )
     if len(data) > MAX_JSON_BYTES:
         raise InputError(f"{name} has {len(data) >> 20} MB; {expected}")
     document = parse_json(
@@ -101,7 +104,8 @@ def read_openpose(
         raise InputError(f"{name} has no list 'people'; {expected}")
     if not people:
         raise InputError(
-            f"{name} lists nobody; run OpenPose on a photo with a person, or leave the keypoints out"
+            f"{name} lists nobody; run OpenPose on a photo with a person, or leave the keypoints "
+            "out"
         )
     found = [_read_person(person, name, expected) for person in people]
     best = max(found, key=_extent)
@@ -113,7 +117,8 @@ def read_openpose(
     if np.abs(best[seen, :2]).max() <= 1.0:
         if photo_size is None:
             raise InputError(
-                f"{name} holds coordinates in [0, 1]; expected pixels (run OpenPose with --keypoint_scale 0)"
+                f"{name} holds coordinates in [0, 1]; expected pixels (run OpenPose with "
+                "--keypoint_scale 0)"
             )
         best[:, :2] *= np.asarray(photo_size, np.float32)
     return best

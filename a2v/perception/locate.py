@@ -1,4 +1,4 @@
-"""Where the person of a photo is: landmarks, a rough mask, and whose else is in it."""
+"""Find the person in a photo: landmarks, a rough mask, and other people."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 
 _IN_BOX = 0.2
 """Least share of a person's box and the user's box that they have in common."""
-NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
+NOBODY = (
+    "no person found in the photo; use a photo that shows one whole person, "
+    "or give --mask and --keypoints"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +37,8 @@ class Located:
     others : (H, W) bool or None
         Mask of other people.
     boxes : (n, 4) float32 or None
-        Left, top, right, bottom of all who are large enough to be meant, the largest first; None
-        where it is one.
+        Left, top, right, bottom of all people who are large enough to be meant, the largest first;
+        None for a single person.
     """
 
     keypoints: FloatArray
@@ -59,72 +62,81 @@ def locate(
     warnings: list[str],
     who: Who = None,
 ) -> Located:
-    """Find the person; `mask` and `keypoints` are what the user has given."""
-    height, width = rgb.shape[:2]
-    unknown_3d = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
-    others: BoolArray | None = None
-    with Detector(confidence) as detector:
-        if mask is not None or keypoints is not None:
-            if who is not None:
-                raise InputError(
-                    "the corrections say which person is meant, and a mask or keypoints do as well; leave one of them out"
-                )
-            # the user says where the person is: look only there
-            hint = (
-                _thicken(keypoints, height, width)
-                if mask is None and keypoints is not None
-                else mask
-            )
-            assert hint is not None  # one of the two is given
-            box = crop_box(
-                hint, keypoints if keypoints is not None else None, (width, height), 0.15
-            )
-            person = _detect_in(detector, rgb, box, hint if mask is not None else None)
-            if (
-                person is not None
-                and keypoints is not None
-                and not _agree(person.keypoints, keypoints)
-            ):
-                person = None
-            if person is None and keypoints is None:
-                raise InputError(
-                    "no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo"
-                )
-            points = keypoints if keypoints is not None or person is None else person.keypoints
-            assert points is not None
-            points_3d = (
-                put_upright(person.keypoints, person.keypoints_3d)
-                if person is not None
-                else unknown_3d
-            )
-            rough = mask if mask is not None else person.mask if person is not None else hint
-            return Located(points, points_3d, rough)
+    """Find the person; `mask` (H, W) and `keypoints` (33, 3) are given by the user.
 
-        reduced, scale = _reduce(rgb, 1280)
-        people = detector.people(reduced, full=rgb)
-        if not people:
-            raise InputError(NOBODY)
-        big = [person for person in people if person.area > 0.15 * people[0].area]
-        number = _meant(
-            who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)]
-        )
-        best = people[number].scaled(scale, (0.0, 0.0), (width, height))
-        if len(big) > 1 or number > 0:
-            if who is None:
-                warnings.append(
-                    f"{len(big)} people are in the photo; the largest is used (give --mask or --corrections to choose another)"
-                )
-            union = (
-                np.max([person.mask for person in people if person is not people[number]], axis=0)
-                > 0.5
+    Notes for the user are appended to `warnings`.
+
+    Raises
+    ------
+    InputError
+        Nobody is found, or the person is given in two ways.
+    """
+    with Detector(confidence) as detector:
+        if mask is None and keypoints is None:
+            return _search(detector, rgb, who, warnings)
+        if who is not None:
+            raise InputError(
+                "the corrections say which person is meant, and a mask or keypoints do as well; "
+                "leave one of them out"
             )
-            others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
-        # once more on the person alone: landmarks and mask gain resolution
-        box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
-        closer = _detect_in(detector, rgb, box, None, others)
-        if closer is not None and _agree(closer.keypoints, best.keypoints):
-            best = closer
-        best = completed(detector, rgb, best, others)
+        return _look_at_given(detector, rgb, mask, keypoints)
+
+
+def _look_at_given(
+    detector: Detector, rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None
+) -> Located:
+    """The person where the user's mask or keypoints are; nothing else is looked at."""
+    height, width = rgb.shape[:2]
+    hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
+    assert hint is not None  # one of the two is given
+    box = crop_box(hint, keypoints, (width, height), 0.15)
+    person = _detect_in(detector, rgb, box, hint if mask is not None else None)
+    if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
+        person = None
+    if person is None and keypoints is None:
+        raise InputError(
+            "no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another "
+            "photo"
+        )
+    points = keypoints if keypoints is not None or person is None else person.keypoints
+    assert points is not None
+    points_3d = (
+        put_upright(person.keypoints, person.keypoints_3d)
+        if person is not None
+        else np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
+    )
+    rough = mask if mask is not None else person.mask if person is not None else hint
+    return Located(points, points_3d, rough)
+
+
+def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -> Located:
+    """The largest person of a photo, or the one that `who` names."""
+    height, width = rgb.shape[:2]
+    others: BoolArray | None = None
+    reduced, scale = _reduce(rgb, 1280)
+    people = detector.people(reduced, full=rgb)
+    if not people:
+        raise InputError(NOBODY)
+    big = [person for person in people if person.area > 0.15 * people[0].area]
+    number = _meant(
+        who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)]
+    )
+    best = people[number].scaled(scale, (0.0, 0.0), (width, height))
+    if len(big) > 1 or number > 0:
+        if who is None:
+            warnings.append(
+                f"{len(big)} people are in the photo; the largest is used (give --mask or "
+                "--corrections to choose another)"
+            )
+        masks = [person.mask for person in people if person is not people[number]]
+        union = np.max(masks, axis=0) > 0.5
+        others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
+    # once more on the person alone: landmarks and mask gain resolution
+    box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
+    closer = _detect_in(detector, rgb, box, None, others)
+    if closer is not None and _agree(closer.keypoints, best.keypoints):
+        best = closer
+    best = completed(detector, rgb, best, others)
     boxes = (
         np.array([scale * _box_of(person) for person in big], np.float32) if len(big) > 1 else None
     )
@@ -156,7 +168,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
     if isinstance(who, int):
         if who > len(boxes):
             raise InputError(
-                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the photo; give a box [left, top, right, bottom] instead"
+                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the "
+                "photo; give a box [left, top, right, bottom] instead"
             )
         return who - 1
     shares = []
@@ -169,7 +182,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
         )
     if max(shares) < _IN_BOX:
         raise InputError(
-            f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the corrections; draw it around one person, or give --mask"
+            f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the "
+            "corrections; draw it around one person, or give --mask"
         )
     return int(np.argmax(shares))
 

@@ -22,7 +22,7 @@ def refine_mask(
     GrabCut (Rother et al. 2004) moves the contour to the image's edges within a band around the
     rough one; closed-form matting (Levin et al. 2008) then finds the opacities in a narrow band
     around the new contour. Where the colors on both sides are alike (black trousers before black)
-    GrabCut has nothing to go by, and its change is taken back.
+    GrabCut cannot tell the sides apart, and its change is undone.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
 def _contrast(
     image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, radius: float
 ) -> FloatArray:
-    """Difference of the mean colors (CIELAB units) just inside and just outside of the contour,
-    near every pixel."""
+    """Difference of the mean colors (CIELAB units) just inside and just outside of the contour
+    near each pixel."""
     import cv2
 
     lab = cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)

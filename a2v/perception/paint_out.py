@@ -17,21 +17,19 @@ _BLUR = 0.004
 _THINNEST = 0.008
 """Half of the narrowest shadow, a fraction of the longer side."""
 _REACH = 0.28
-"""Shadows of the person are looked for up to this distance from them, as a fraction of their
-height."""
+"""Largest distance of a shadow from the person, as a fraction of their height."""
 _LIGHT = (0.08, 0.95)
-"""Share of the light that is left in a shadow: what is darker is a thing, what is lighter cannot be
-told from noise."""
+"""Range of the share of light in a shadow: darker pixels are things, lighter ones may be noise."""
 _GRAIN = 1.0
 """A shadow is darker than its surface by at least this many standard deviations of the surface's
 texture."""
 _SHARP = 0.04
 """Largest sharp shadow, a fraction of the picture."""
 _CONTACT = 0.06
-"""So near to the person, as a fraction of their height, a shadow may be as dark as it likes."""
+"""Distance from the person, as a fraction of their height, within which a shadow may be darker."""
 _TINT = 0.15
-"""Largest standard deviation of this share over the three channels, linear RGB: a shadow has hardly
-another hue."""
+"""Largest standard deviation of this share over the three channels, linear RGB: a shadow hardly
+changes the hue."""
 
 
 def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> ByteArray:
@@ -74,7 +72,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
         return photo.copy()
     if hole.mean() > 0.9:
         raise InputError(
-            "the person covers more than nine tenths of the photo, so its background is unknown; choose a color or the stage"
+            "the person covers more than nine tenths of the photo, so its background is unknown; "
+            "choose a color or the stage"
         )
     colors, missing = _small(photo, hole, SIDE)
     shadow, regions = shadow_around(colors, missing, find_regions(colors, missing))

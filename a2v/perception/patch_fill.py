@@ -3,7 +3,7 @@
 After Wexler et al. (TPAMI 2007) and Barnes et al. (PatchMatch, SIGGRAPH 2009): every patch that
 touches the hole takes the known patch that is most like it, and every pixel of the hole the mean of
 what the patches over it give. A patch may be brighter or darker than its example (Darabi et al.,
-Image Melding, SIGGRAPH 2012), so that the gradient of a wall goes on through the hole without
+Image Melding, SIGGRAPH 2012), so that the gradient of a wall continues through the hole without
 bands.
 """
 
@@ -295,8 +295,8 @@ def _integrated(
     *,
     rounds: int,
 ) -> FloatArray:
-    """The picture (H, W, 3) whose hole has these differences to the right and below, and goes over
-    into what is known.
+    """The picture (H, W, 3) whose hole has these differences to the right and below, and that
+    continues the known pixels.
 
     The sum of the differences' errors is minimized, not of their squares (reweighted in `rounds`):
     where a piece does not meet the rim there is an edge, and its color does not spread over the
@@ -309,10 +309,10 @@ def _integrated(
     for axis, slope in ((1, across), (0, down)):
         first = (rows[:, :-1], columns[:, :-1]) if axis else (rows[:-1], columns[:-1])
         second = (rows[:, 1:], columns[:, 1:]) if axis else (rows[1:], columns[1:])
-        asked = (hole[first] | hole[second]) & (weight[first][..., 1 - axis] > 0)
-        firsts.append(np.stack([first[0][asked], first[1][asked]], axis=1))
-        seconds.append(np.stack([second[0][asked], second[1][asked]], axis=1))
-        steps.append(slope[first][asked])
+        wanted = (hole[first] | hole[second]) & (weight[first][..., 1 - axis] > 0)
+        firsts.append(np.stack([first[0][wanted], first[1][wanted]], axis=1))
+        seconds.append(np.stack([second[0][wanted], second[1][wanted]], axis=1))
+        steps.append(slope[first][wanted])
     one, two, step = (
         np.concatenate(firsts),
         np.concatenate(seconds),

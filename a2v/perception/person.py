@@ -1,4 +1,4 @@
-"""The person in a photo: landmarks, mask, crop, and what the user should be told."""
+"""The person in a photo: landmarks, mask, crop, and notes for the user."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
-from a2v.perception.bodymap import look_at_body, mended
-from a2v.perception.corrections import (
-    Corrections,
+from a2v.perception.apply_corrections import (
     correct_landmarks,
     draw_strokes,
     given_landmarks,
+    given_sides,
     place_landmarks,
-    told_sides,
 )
+from a2v.perception.bodymap import look_at_body, mended
+from a2v.perception.corrections import Corrections
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize
@@ -79,7 +79,7 @@ def find_person(
     settings: PerceptionSettings | None = None,
     corrections: Corrections | None = None,
 ) -> Subject:
-    """Find a person in a photo, the largest if nothing else is said.
+    """Find a person in a photo: by default the largest.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def find_person(
     )
     rough = draw_strokes(seen.mask, right.strokes)
     crop = crop_box(rough, place_landmarks(seen.keypoints, right), (width, height), settings.margin)
-    image, alpha_crop, told = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
+    image, alpha_crop, cropped = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
     own = in_crop(right, crop, image)
     near = None if seen.others is None else seen.others[crop[1] : crop[3], crop[0] : crop[2]]
     alpha_crop = _with_strokes(
@@ -122,12 +122,12 @@ def find_person(
         own,
     )
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
-    points, points_3d = told, seen.keypoints_3d
+    points, points_3d = cropped, seen.keypoints_3d
     if bodymap is not None:
-        points, points_3d = mended(told, points_3d, bodymap, keep=given_points is not None)
+        points, points_3d = mended(cropped, points_3d, bodymap, keep=given_points is not None)
     points, points_3d = correct_landmarks(points, points_3d, own)
-    # what is hidden or outside of the photo the detector knows best
-    warnings += _warn(alpha_crop, place_landmarks(told, own), points_3d, crop, (width, height))
+    # the detector decides which landmarks are hidden or outside of the photo
+    warnings += _warn(alpha_crop, place_landmarks(cropped, own), points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
         mask=np.clip(alpha_crop, 0, 1).astype(np.float32),
@@ -140,7 +140,7 @@ def find_person(
         hands=find_hands(image, points) if settings.hands else None,
         bodymap=bodymap,
         given=given_landmarks(own),
-        sides=told_sides(own),
+        sides=given_sides(own),
         people=seen.boxes,
         provenance=_origins(given_mask is not None, given_points is not None, settings),
     )
@@ -151,7 +151,8 @@ def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
     drawn = draw_strokes(mask, own.strokes, core=True)
     if (drawn > 0.5).sum() < 64:
         raise InputError(
-            "no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask"
+            "no person found in the photo (the mask is empty); use a photo with one whole person, "
+            "or give --mask"
         )
     return drawn
 
@@ -172,7 +173,7 @@ def corrected(subject: Subject, corrections: Corrections) -> Subject:
         keypoints=points,
         keypoints_3d=points_3d,
         given=given_landmarks(own),
-        sides=told_sides(own),
+        sides=given_sides(own),
     )
 
 
@@ -186,7 +187,7 @@ def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -
 def _origins(
     mask_given: bool, keypoints_given: bool, settings: PerceptionSettings
 ) -> dict[str, str]:
-    """Who said what of a subject."""
+    """Origin of each part of a subject."""
     return {
         "detector": "mediapipe pose, complexity 1",
         "mask": "given" if mask_given else "detector, refined" if settings.refine else "detector",
@@ -202,7 +203,8 @@ def _size_of(photo: ByteArray) -> tuple[int, int]:
     """Height and width of a photo, or an `InputError`."""
     if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
         raise InputError(
-            f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)"
+            f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 "
+            "(use decode_photo)"
         )
     return photo.shape[0], photo.shape[1]
 
@@ -277,7 +279,8 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     points = np.asarray(keypoints, np.float32)
     if points.shape != (len(BLAZEPOSE), 3) or not np.isfinite(points).all():
         raise InputError(
-            f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)"
+            f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order "
+            "(use read_openpose)"
         )
     points = points.copy()
     points[:, 2] = np.clip(points[:, 2], 0, 1)
@@ -285,7 +288,8 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     points[~inside, 2] = np.minimum(points[~inside, 2], 0.3)
     if (inside & (points[:, 2] > 0.1)).sum() < 4:
         raise InputError(
-            f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?"
+            f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they "
+            "belong to this photo?"
         )
     return points
 
@@ -314,7 +318,8 @@ def _warn(
     feet_out = (points[feet, 1] > alpha.shape[0]).any() and crop[3] >= size[1]
     if feet_out or (at_bottom and conf[feet].max() < 0.9):
         messages.append(
-            "the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off"
+            "the feet are cut off by the photo's lower edge: legs and feet are guessed and the "
+            "ground may be off"
         )
     elif at_bottom:
         messages.append("the person touches the photo's lower edge: feet may be cut off")
@@ -342,7 +347,8 @@ def _warn(
         )
     elif abs(yaw) > 50:
         messages.append(
-            "the person stands sideways: the far arm and the far half are guessed; a photo from the front works better"
+            "the person stands sideways: the far arm and the far half are guessed; a photo from "
+            "the front works better"
         )
 
     hidden = []
@@ -356,6 +362,7 @@ def _warn(
         )
     if tall * max(1.0, (crop[3] - crop[1]) / alpha.shape[0]) < 256:
         messages.append(
-            f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape (400 pixels or more work well)"
+            f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape "
+            "(400 pixels or more work well)"
         )
     return messages

@@ -27,11 +27,11 @@ _EXIF = 0x8769
 _FOCAL_35 = 0xA405
 """Its tag FocalLengthIn35mmFilm."""
 _FOCAL = (8.0, 1200.0)
-"""Focal lengths that there are, millimeters."""
+"""Smallest and largest possible focal length, millimeters."""
 
 _FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
-"""Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old
-Pillows have no AVIF."""
+"""Pillow's names of the formats that are read. None starts another program; MPO is opened as JPEG;
+old versions of Pillow have no AVIF."""
 
 
 def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
@@ -64,20 +64,20 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
 
 
 def focal_length(data: bytes) -> float | None:
-    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimeters; None
-    where they tell none that can be."""
+    """The focal length in an encoded photo's EXIF data, as for 35 mm film, millimeters; None if it
+    is missing or impossible."""
     from PIL import Image
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             with Image.open(io.BytesIO(data)) as image:
-                told = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
+                focal = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
         except (
             Exception
         ):  # Pillow raises many kinds for damaged tags; a photo is one without them too
             return None
-    return told if _FOCAL[0] <= told <= _FOCAL[1] else None
+    return focal if _FOCAL[0] <= focal <= _FOCAL[1] else None
 
 
 def decode_mask(data: bytes, name: str = "mask") -> FloatArray:
@@ -125,7 +125,8 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             raise InputError(f"{name} has {width} x {height} pixels; {too_large}")
         if min(width, height) < minimum:
             raise InputError(
-                f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; use a larger photo"
+                f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; "
+                "use a larger photo"
             )
         try:
             image.load()

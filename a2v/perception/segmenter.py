@@ -1,5 +1,4 @@
-"""A second opinion on a person's mask: mediapipe's segmenters of people before a camera, who need
-no pose."""
+"""Check a person's mask with mediapipe's segmenters of people, which need no pose."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from a2v.perception.detector import Detection, Solution, silenced
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 SURE = 0.93
-"""Mean probability from which on a missing piece is the person's."""
+"""Least mean probability of a missing piece that belongs to the person."""
 PIECE = 0.05
 """Smallest area of a missing piece, as a share of the mask's."""
 LARGE = 0.25
@@ -20,8 +19,7 @@ LARGE = 0.25
 NEAR = 0.03
 """Largest distance of a missing piece from the mask, as a share of the mask's extent."""
 SEEN = 0.7
-"""Landmarks of limbs of which the detector is less sure may mean that a part of the person was
-overlooked."""
+"""Confidence of a limb's landmark below which a part of the person may have been overlooked."""
 _LIMB_LANDMARKS = [
     LANDMARK_INDEX[f"{side}_{joint}"]
     for side in ("left", "right")
@@ -39,15 +37,15 @@ class Segmenter(Solution):
         return solutions.selfie_segmentation.SelfieSegmentation(model_selection=int(self._wide))
 
     def probability(self, picture: ByteArray) -> FloatArray:
-        """Of people (H, W) float32 at the pixels of `picture` (H, W, 3) uint8."""
+        """Probability of people (H, W) float32 at the pixels of `picture` (H, W, 3) uint8."""
         with silenced():
             result = self._graph.process(np.ascontiguousarray(picture))
         return np.asarray(result.segmentation_mask, np.float32)
 
 
 def probability_of_people(picture: ByteArray) -> FloatArray:
-    """What both segmenters agree on: the smaller probability (H, W) at the pixels of `picture` (H,
-    W, 3) uint8."""
+    """The smaller of both segmenters' probabilities (H, W) at the pixels of `picture` (H, W, 3)
+    uint8."""
     found = []
     for wide in (False, True):
         with Segmenter(wide=wide) as segmenter:
@@ -69,7 +67,7 @@ def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray |
     """Pieces (H, W) of a person that a mask (H, W) lacks: large ones next to it of which the
     segmenters are sure, and none of the `others` (H, W).
 
-    Somebody who stoops, or is seen from behind, has legs that the pose detector overlooks.
+    The pose detector overlooks the legs of people who stoop or are seen from behind.
     """
     import cv2
 

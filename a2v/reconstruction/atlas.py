@@ -1,8 +1,8 @@
-"""A texture atlas of a person: flat charts seen along the six axes, packed on shelves.
+"""Make the texture atlas of a person: flat charts along the six axes, packed on shelves.
 
 Charts are orthographic views of the surface, so the front chart is the photo itself, undistorted.
-What one direction does not see (a chest behind an arm) is peeled into charts of its own. (xatlas,
-the general tool, takes half a minute on such meshes.)
+Surface that is occluded along its axis (a chest behind an arm) gets separate charts. (xatlas, the
+general tool, takes half a minute on such meshes.)
 """
 
 from __future__ import annotations
@@ -16,14 +16,12 @@ from a2v.types import FloatArray, IntArray
 
 _AXES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], np.float64)
 _RIGHT = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0]], np.float64)
-_DENSITY = np.array(
-    [1.0, 0.7, 0.7, 0.7, 0.7, 0.6]
-)  # the photo's side deserves the photo's sharpness
+_DENSITY = np.array([1.0, 0.7, 0.7, 0.7, 0.7, 0.6])  # the front has the resolution of the photo
 
 
 @dataclass(frozen=True)
 class Atlas:
-    """Where each triangle lies in the texture.
+    """The place of each triangle in the texture.
 
     Attributes
     ----------
@@ -32,7 +30,7 @@ class Atlas:
     size : int
         Width and height of the texture, texels.
     face : (size, size) int32
-        Face under each texel's center, -1 where none; row 0 is the top.
+        Face under the center of each texel, -1 for none; row 0 is the top.
     barycentric : (size, size, 3) float32
     density : float
         Texels per meter on the front.
@@ -94,7 +92,7 @@ def make_atlas(
 
 
 def face_neighbors(faces: IntArray) -> IntArray:
-    """The face across each edge (F, 3); itself where the edge is open."""
+    """The face across each edge (F, 3); the face itself for open edges."""
     edges = np.sort(
         np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1)
         .reshape(-1, 2)
@@ -112,8 +110,8 @@ def face_neighbors(faces: IntArray) -> IntArray:
 
 
 def _directions(normals: FloatArray, neighbors: IntArray) -> IntArray:
-    """The axis each face is seen along: the steepest one, the front favored, single faces voted
-    down by their neighbors."""
+    """The axis along which each face is projected: the steepest one with a bonus for the front;
+    single faces follow their neighbors."""
     score = normals @ _AXES.T
     score[:, 0] += np.where(score[:, 0] > 0.2, 0.35, 0.0)
     score[:, 1] += 0.15
@@ -136,7 +134,8 @@ def _charts(
     neighbors: IntArray,
     direction: IntArray,
 ) -> tuple[IntArray, IntArray]:
-    """Number each face's chart: connected, seen along one axis, no two faces over each other."""
+    """Assign each face to a chart: connected, along one axis, without two faces on top of each
+    other."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
@@ -170,8 +169,8 @@ def _charts(
 
 
 def _shelves(boxes: FloatArray, size: int) -> FloatArray | None:
-    """Lower left corners (N, 2) of `boxes` (N, 2) packed on shelves, tallest first; None where they
-    do not fit."""
+    """Lower left corners (N, 2) of `boxes` (N, 2) packed on shelves, tallest first; None if they do
+    not fit."""
     if (boxes > size).any():
         return None
     places = np.zeros_like(boxes)

@@ -1,7 +1,7 @@
-"""The backends by name: one registry for command line, pipeline and benchmark.
+"""Backends by name: one registry for command line, pipeline and benchmark.
 
-A backend of the laboratory is a `PluggedBackend`: its settings reconstruct by themselves, and
-`plugged` imports them when they are asked for.
+A backend of the laboratory is a `PluggedBackend`, whose settings reconstruct by themselves;
+`plugged` imports it on request.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ Backend = Callable[[Subject, Body, Camera], Reconstruction]
 
 @runtime_checkable
 class PluggedBackend(Protocol):
-    """The settings of a backend that is no part of the product: a frozen dataclass that
-    reconstructs by itself."""
+    """Settings of a backend outside of the product: a frozen dataclass that reconstructs by
+    itself."""
 
     def pinned(self) -> PluggedBackend:
-        """The same settings with the digest of the files that they name, by which results are
-        remembered."""
+        """The same settings with the digest of their files, which is a part of the key of stored
+        results."""
         ...
 
     def reconstruct(
@@ -45,12 +45,12 @@ class PluggedBackend(Protocol):
         *,
         progress: Progress | None = None,
     ) -> Reconstruction:
-        """The person's surface; see `body_prior_surface` for the arguments."""
+        """Reconstruct the surface of the person; arguments as of `body_prior_surface`."""
         ...
 
 
 BackendSettings = SurfaceSettings | ImplicitSettings | PluggedBackend
-"""The settings of any backend; their type says which one is meant."""
+"""Settings of any backend; their type selects the backend."""
 
 
 def reconstruct(
@@ -61,11 +61,11 @@ def reconstruct(
     *,
     progress: Progress | None = None,
 ) -> Reconstruction:
-    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and
-    `implicit_surface`, and their errors.
+    """Reconstruct the surface of the person by the backend of `settings`; arguments and errors as
+    of `body_prior_surface` and `implicit_surface`.
 
-    All of them work in the camera's flat frame, in which the photo is an orthographic view; the
-    surface is then moved back to the world.
+    All backends work in the flat frame of the camera, in which the photo is an orthographic view.
+    The surface is then moved back to the world.
     """
     from a2v.body import flattened
 
@@ -95,23 +95,23 @@ SETTINGS: Mapping[str, BackendSettings] = {
     "pifu": ImplicitSettings(),
     "body-prior": SurfaceSettings(),
 }
-"""Default settings of each backend of the product; their type says which backend is meant."""
+"""Default settings of each backend of the product; their type selects the backend."""
 PLUGGED: Mapping[str, str] = {"papers": "a2v.lab.papers:PapersSettings"}
-"""Backends of the laboratory: the module and the class of their settings."""
+"""Backends of the laboratory: module and class of their settings."""
 NAMES = (*SETTINGS, *PLUGGED)
-"""Every backend that can be chosen by name."""
+"""Names of all backends."""
 ABLATIONS: Mapping[str, BackendSettings] = {"pifu-unlimited": ImplicitSettings(limits=False)}
-"""Backends without a part of theirs, for the benchmark."""
+"""Variants of backends without one of their parts, for the benchmark."""
 DEFAULT_BACKEND = "pifu"
 
 
 def plugged(name: str, **values: object) -> PluggedBackend:
-    """The settings of a backend of the laboratory, with `values` in place of its defaults.
+    """Settings of a backend of the laboratory; `values` replace the defaults.
 
     Raises
     ------
     InputError
-        What its settings refuse.
+        A value is not valid.
     """
     module, _, kind = PLUGGED[name].partition(":")
     settings: PluggedBackend = getattr(importlib.import_module(module), kind)(**values)
@@ -119,18 +119,18 @@ def plugged(name: str, **values: object) -> PluggedBackend:
 
 
 def backend_of(name: str, weights: str = "") -> Backend:
-    """A backend with default settings, but with the weights of a folder of one's own ("" for the
-    shipped ones; ignored where there are none)."""
+    """A backend with default settings and the weights of a custom folder ("" for the shipped ones;
+    ignored by backends without weights)."""
     return _backend(settings_of(name, weights))
 
 
 def backend_digest(name: str, weights: str = "") -> str:
-    """Hash of the weights that `backend_of` takes; "" if it has none.
+    """Hash of the weights of `backend_of`; "" for backends without weights.
 
     Raises
     ------
     InputError
-        They are missing.
+        The weights are missing.
     """
     settings = settings_of(name, weights)
     if not isinstance(settings, ImplicitSettings):
@@ -141,7 +141,7 @@ def backend_digest(name: str, weights: str = "") -> str:
 
 
 def settings_of(name: str, weights: str = "") -> BackendSettings:
-    """The default settings of a backend, with weights of one's own as `backend_of` takes them."""
+    """Default settings of a backend with custom weights, as in `backend_of`."""
     settings = plugged(name) if name in PLUGGED else {**SETTINGS, **ABLATIONS}[name]
     return (
         dataclasses.replace(settings, weights=weights)

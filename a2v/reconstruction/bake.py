@@ -1,8 +1,9 @@
-"""The texture of a person: the photo where it is trusted, the colors of the vertices elsewhere."""
+"""Bake the texture of a person: trusted colors of the photo, else the colors of the vertices."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -10,15 +11,18 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
-from a2v.reconstruction.backs.labels import HAIR
+from a2v.reconstruction.backs.seen import HAIR
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.face.colors import EYE, FacePaint
 from a2v.reconstruction.merged import OtherPhoto, mixed
 from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
+from a2v.system import thread_count
 from a2v.types import BoolArray, FloatArray, IntArray
 
+BAND = 256
+"""Rows of the texture that are colored at once; bounds memory."""
 STRAND = 0.05
 """Largest detail of hair that is continued, sRGB."""
 
@@ -31,28 +35,25 @@ def bake(
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colors
-    of the mesh elsewhere.
+    """Texture (size, size, 3) uint8 and its coordinates: trusted colors of the photo, else the
+    colors of the mesh.
 
-    Of several photos each place takes the one that is trusted most there (`mixed`).
+    With several photos, each place takes the most trusted one (`mixed`).
     """
-    size, vertices, faces, normals, colors = (
-        atlas.size,
-        mesh.vertices,
-        mesh.faces,
-        mesh.normals,
-        mesh.colors,
-    )
+    size, vertices, faces = atlas.size, mesh.vertices, mesh.faces
+    normals, colors = mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
     borders = (
         None
         if photo.canvas is None or continued is None
         else Borders.between(continued.labels, faces, colors, photo.known)
     )
-    for top in range(0, size, 256):
-        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
+
+    def fill(top: int) -> None:
+        """Give colors to the rows of the texture from `top` on; each band writes its own rows."""
+        rows, columns = np.nonzero(atlas.face[top : top + BAND] >= 0)
         if not len(rows):
-            continue
+            return
         rows = rows + top
         corner = faces[atlas.face[rows, columns]]
         weight = atlas.barycentric[rows, columns][..., None]
@@ -68,7 +69,7 @@ def bake(
             eye = kind == EYE
             trust = np.where(kind == 0, trust[:, 0], eye)[:, None]
             beyond[kind > 0] = 0.0
-        # what counts for nothing is not worked out: the photo covers a third of the texture
+        # colors of weight 0 are not computed: the photo covers a third of the texture
         asked = np.flatnonzero((trust[:, 0] > 0) | bool(others))
         sharp = np.zeros((len(corner), 3), np.float32)
         sharp[asked] = sample_image(photo.clean, pixels[asked])
@@ -95,6 +96,9 @@ def bake(
             )
         blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
+
+    with ThreadPoolExecutor(thread_count()) as threads:
+        list(threads.map(fill, range(0, size, BAND)))
     filled_texel = _with_slivers(texture, atlas, colors[faces])
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
     index = nearest_known(filled_texel)

@@ -1,5 +1,5 @@
-"""Borders between stuffs (skin, cloth, hair, shoes) as smooth curves at the texture's resolution,
-where vertices are too far apart to draw them."""
+"""Draw borders between materials (skin, cloth, hair, shoes) as smooth curves at the resolution of
+the texture: vertices are too far apart for that."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from a2v.geometry.mesh import evened, within
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 5
-"""Rings over which the shares of stuffs are averaged: their borders become as smooth."""
+"""Number of rings over which the shares of materials are averaged, which smooths their borders."""
 _GUESSED = 14
-"""So many more where the photo shows nothing: borders that are guessed have no corners."""
+"""Number of further rings in unseen places: guessed borders have no corners."""
 _SOFT = 0.08
-"""Difference of shares over which one stuff turns into the next: about 2 mm."""
+"""Difference of shares over which one material turns into the next: about 2 mm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Borders:
-    """Shares and colors of each stuff on the vertices.
+    """Shares and colors of each material on the vertices.
 
     Attributes
     ----------
     shares : (V, K) float32
-        Smooth; the largest one of a place is its stuff.
+        Smooth; the largest share of a place gives its material.
     of_stuff : (K, V, 3) float32
-        Colors of each stuff, carried on beyond its border.
+        Colors of each material, extended beyond its border.
     """
 
     shares: FloatArray
@@ -37,8 +37,8 @@ class Borders:
     def between(
         cls, labels: IntArray, faces: IntArray, colors: FloatArray, known: BoolArray
     ) -> Borders:
-        """Of vertices with `labels` (V,) and `colors` (V, 3) on the mesh `faces` (F, 3); those that
-        are `known` (V,) are the photo's."""
+        """Borders on the mesh `faces` (F, 3) of vertices with `labels` (V,) and `colors` (V, 3);
+        the photo shows those that are `known` (V,)."""
         kinds = np.unique(labels)
         hard = (labels[:, None] == kinds).astype(np.float64)
         near = evened(faces, hard, _ROUNDS)

@@ -1,5 +1,5 @@
-"""Where a character's colors are laid: its texture layout, its vertices apart from each other, and
-which pixels of the photo are of which part."""
+"""The canvas of a character's colors: its texture layout, its vertices at rest, and the part of
+each pixel of the photo."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.held import held_things
 from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import (
@@ -27,59 +28,57 @@ from a2v.types import (
 )
 
 _MARGIN = 0.01
-"""Pixels up to so far, meters, from another part's are not trusted, ..."""
+"""Distance from pixels of another part up to which pixels are not trusted, meters."""
 _FADE = 0.006
-"""... and within so much more they fade in."""
+"""Further distance over which they fade in, meters."""
 _SURE = 0.12
-"""Places of the body map with a larger scale tell no part."""
+"""Largest scale at which a place of the body map gives a part."""
 _MIXED = 0.7
-"""A pixel of the body map is of another part where at least this share of what is around it is."""
+"""Share of its surroundings in the body map from which on a pixel belongs to another part."""
 _DOUBTFUL = 0.07
-"""Up to so far from another part a pixel's color is looked at, meters."""
+"""Distance from another part up to which the color of a pixel is compared, meters."""
 _DEEP = 0.02
-"""What is deeper in a part tells its colors, meters."""
+"""Depth within a part from which on pixels give its colors, meters."""
 _MOVING = ("hand", "lower_arm", "shin", "foot")
-"""Parts that lie before others, or others before them, in poses of which the fit is a little
-off."""
+"""Parts that often occlude others, or are occluded, so that small errors of the fit matter."""
 _ALIKE = 9.0
-"""Colors within so many CIELAB units are alike."""
+"""Largest distance of similar colors, CIELAB units."""
 _TELLS = 2.0
-"""A pixel is another part's if the share of that part's pixels that are like it is so many times
-the share of its own part's."""
+"""A pixel belongs to another part if the share of similar pixels there exceeds that in its own part
+by this factor ..."""
 _RARE = 0.03
-"""And so much more."""
+"""... plus this share."""
 _SAMPLES = 600
-"""Pixels of a part that are compared, at most."""
+"""Largest number of pixels of a part that are compared."""
 _LEAST = 30
-"""Pixels of a part that are needed."""
+"""Smallest number of pixels of a part that are needed."""
 _CLOTH = 0.4
-"""Cloth of which a larger share looks like skin is not told from it."""
+"""Share of cloth that looks like skin above which both are not separated."""
 _HEM = 0.1
-"""Up to so far from cloth that hangs before legs, meters, it may hang otherwise in the photo."""
+"""Distance from cloth in front of legs up to which it may hang otherwise in the photo, meters."""
 STEP = 2
-"""Pixels of the photo a side that share an answer."""
+"""Side of the squares of pixels of the photo that are treated as one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """What the colors of a canonical person are laid on.
+    """The texture of a canonical person, and the parts of the photo.
 
     Attributes
     ----------
     rest : (V, 3) float64
-        Vertices at rest, meters: neighbors are found there.
+        Vertices at rest, meters, by which neighbors are found.
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     twin : (V,) int
         The mirrored vertex.
     atlas : Atlas
     agreement : (P, H / step, W / step) uint8
-        For each part how far, 0 to 255, the photo's pixels are its own.
+        For each part and pixel, 0 to 255: whether the pixel belongs to the part.
     hands : (3,), optional
-        Color of hands that are not seen, sRGB in [0, 1]; None where nobody knows, or they wear
-        gloves.
+        Color of unseen hands, sRGB in [0, 1]; None if it is unknown, or they wear gloves.
     loose : (V,) bool, optional
-        Vertices of cloth that is no skin's: a skirt.
+        Vertices of a separate layer of cloth: a skirt.
     """
 
     rest: FloatArray
@@ -91,7 +90,7 @@ class Canvas:
     loose: BoolArray | None = None
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
-        """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
+        """Whether (N,), 0 to 1, the `pixels` (N, 2) of the photo belong to the `parts` (N,)."""
         _, height, width = self.agreement.shape
         column = np.clip(pixels[:, 0] / STEP, 0, width - 1).astype(np.int64)
         row = np.clip(pixels[:, 1] / STEP, 0, height - 1).astype(np.int64)
@@ -109,22 +108,20 @@ def strangers() -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class Clues:
-    """What else tells which pixels are not of a part.
+    """Further evidence on the part of pixels.
 
     Attributes
     ----------
     taken : (h, w) bool
-        Pixels that the mask has for the person where the photo shows what is around
-        (`surroundings_taken`).
+        Pixels of the mask that do not show the person (`surroundings_taken`).
     arms : (P, h, w) bool, better : (P,) bool
-        Arms by the landmarks, and for which parts those tell more than the fit
+        Arms by the landmarks, and the parts for which these are better than the fit
         (`a2v.reconstruction.limbs_seen.arms_by_landmarks`).
     skin : (h, w) bool, optional
-        Pixels that look like skin, of which hands are; None where nobody knows
+        Pixels that look like the skin of bare hands; None if unknown
         (`a2v.reconstruction.limbs_seen.bare_hands`).
     loose : (V,) bool
-        Vertices of cloth that is no skin's: where the surface shows them, the body map is not
-        asked.
+        Vertices of a separate layer of cloth: in their pixels the body map is not used.
     """
 
     taken: BoolArray
@@ -134,13 +131,13 @@ class Clues:
     loose: BoolArray
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
-        """Pixels (h, w) that are not of a part; `apart` (P, P) are parts that do not grow into each
-        other."""
+        """Pixels (h, w) that do not belong to a part; `apart` (P, P) are parts that do not grow
+        into each other."""
         return np.asarray(self.taken | self.arms[self.better & apart[part]].any(axis=0))
 
     def within(self, part: int) -> BoolArray | None:
-        """Pixels (h, w) of which alone a part may be; None for all. Fingers are too thin for a
-        margin here."""
+        """The only pixels (h, w) that may belong to a part; None for all. Fingers are too thin for
+        a margin here."""
         own = self.arms[part] if self.better[part] else None
         if self.skin is None or not PARTS[part].endswith("hand"):
             return own
@@ -148,7 +145,7 @@ class Clues:
 
     def tone(self, image: ByteArray) -> FloatArray | None:
         """Color (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of all skin;
-        None where nobody knows."""
+        None if unknown."""
         import cv2
 
         if self.skin is None or not self.skin.any():
@@ -161,7 +158,7 @@ class Clues:
 
 
 def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
-    """What a photo and its fitted body tell."""
+    """Evidence from a photo and its fitted body."""
     height, width = (side // STEP for side in subject.mask.shape)
     arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
     return Clues(
@@ -174,8 +171,16 @@ def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> 
 
 
 def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:
-    """Which pixels (h, w), every `STEP`-th, the mask has for the person where the photo shows what
-    is around a fitted body."""
+    """Which pixels (h, w), every `STEP`-th, of the person's mask show the background, or things
+    that hands hold."""
+    shown = body_shown(body, subject, camera)
+    scale = camera.scale / STEP
+    return like_surroundings(subject, shown, scale) | held_things(subject, shown, scale)
+
+
+def body_shown(body: Body, subject: Subject, camera: Camera) -> IntArray:
+    """Part (h, w) of a fitted body, without clothes, in every `STEP`-th pixel of the photo; -1 for
+    none."""
     height, width = (side // STEP for side in subject.mask.shape)
     flat = camera.flatten(body.vertices).astype(np.float32)
     skin = Surface(
@@ -183,18 +188,17 @@ def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArra
         faces=np.asarray(body.faces, np.int32),
         colors=np.zeros(flat.shape, np.float32),
     )
-    shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
-    return like_surroundings(subject, shown, camera.scale / STEP)
+    return parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
 
 
 def part_agreement(
     surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera, *, clues: Clues
 ) -> ByteArray:
-    """For each part how far (P, h, w) the photo's pixels are its own.
+    """For each part and pixel (P, h, w), 0 to 255: whether the pixel belongs to the part.
 
-    Neither the posed character nor the body map shows another part there, nor next to it; around
-    such borders, where the fit may be off, the pixel's color is not that of the other part; and
-    the `clues` do not speak against it.
+    It does if neither the posed character nor the body map shows another part there or next to it.
+    Around such borders, where the fit may be wrong, the color of the pixel must not be that of the
+    other part. The `clues` must not exclude it.
     """
     import cv2
 
@@ -239,10 +243,10 @@ def part_agreement(
 
 
 def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
-    """Around the hem of cloth that is seen `hanging` (h, w), legs take what is `skin` (h, w) alone,
-    and the cloth what is none: as it hung in the photo, it hangs no more.
+    """Restrict the pixels around the hem of cloth that is `hanging` (h, w): legs take only `skin`
+    (h, w), and the cloth only other pixels, because the cloth hangs otherwise in the photo.
 
-    `agreement` (P, h, w) is changed; `scale` is pixels per meter.
+    `agreement` (P, h, w) is changed; `scale` is in pixels per meter.
     """
     import cv2
 
@@ -254,8 +258,7 @@ def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: 
 
 
 class _Palettes:
-    """What the photo shows well within each part: by this a pixel near a border is told from the
-    other side's."""
+    """Colors deep within each part, by which pixels near a border are assigned to one side."""
 
     def __init__(self, image: ByteArray, shown: IntArray, apart: BoolArray, scale: float) -> None:
         import cv2
@@ -265,7 +268,7 @@ class _Palettes:
         moving = np.array([name.endswith(_MOVING) for name in PARTS])
         self.asked = apart & (
             moving[:, None] | moving
-        )  # the skin of a neckline is that of the face, and the trunk's
+        )  # the skin of a neckline is that of the face, but belongs to the trunk
         self.samples: list[FloatArray] = []
         for part in range(len(PARTS)):
             others = np.isin(shown, np.flatnonzero(apart[part]))
@@ -276,12 +279,11 @@ class _Palettes:
             self.samples.append(found[:: max(1, len(found) // _SAMPLES)])
         hands = [number for number, name in enumerate(PARTS) if name.endswith("hand")]
         both = np.concatenate([self.samples[number] for number in hands])
-        for number in hands:  # alike, and small
+        for number in hands:  # both hands are alike, and small
             self.samples[number] = both
 
     def of_others(self, part: int, asked: BoolArray) -> BoolArray:
-        """Which of the pixels `asked` (h, w) look like another part rather than like `part`, (n,)
-        bool."""
+        """Which (n,) of the pixels `asked` (h, w) look more like another part than like `part`."""
         from scipy.spatial import cKDTree
 
         own = self.samples[part]
@@ -302,8 +304,7 @@ class _Palettes:
 def parts_shown(
     surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]
 ) -> IntArray:
-    """Part (h, w) that a posed surface on `parts` (V,) shows on every `STEP`-th pixel; -1 for
-    none."""
+    """Part (h, w) of a posed surface on `parts` (V,) in every `STEP`-th pixel; -1 for none."""
     columns, rows = np.meshgrid(
         (np.arange(size[1]) + 0.5) * STEP, (np.arange(size[0]) + 0.5) * STEP
     )
@@ -321,8 +322,7 @@ def parts_shown(
 
 
 def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:
-    """Share (P, h, w) of each part around each pixel, as the body map has it; 0 where it is not
-    sure."""
+    """Share (P, h, w) of each part around each pixel of the body map; 0 where it is not sure."""
     import cv2
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""Colors of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one
+"""Color a surface from the photo: visible places by projection, others by Eq. 14, in one
 texture."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
+from a2v.reconstruction.backs.seen import HANDS
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
@@ -25,9 +25,11 @@ from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_col
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.merged import OtherPhoto, on_vertices
+from a2v.reconstruction.nearest import nearest_known, nearest_vertices
 from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
+from a2v.reconstruction.tones import even_tones, given_or_close, without_strangers
 from a2v.types import (
     BoolArray,
     FloatArray,
@@ -38,21 +40,10 @@ from a2v.types import (
     Surface,
 )
 
-RIM = (0.015, 0.035)
-"""Up to the first distance, meters, from what the photo shows well its colors go on, from the
-second on those of a given prior hold."""
-_TONED = 15
-"""At least so many vertices tell the tone of skin or hair."""
-_AROUND = 150
-"""So many vertices that are seen say what a hidden one looks like."""
-TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what
-it shows."""
-
 
 @dataclass(frozen=True)
 class ColorSettings:
-    """How the surface is colored.
+    """Settings of the coloring.
 
     Attributes
     ----------
@@ -65,13 +56,13 @@ class ColorSettings:
     band : float
         Width of the transition band behind the silhouette, meters: second term of Eq. 14 only.
     texture : int
-        Width and height of the texture, texels; 0 for vertex colors alone.
+        Width and height of the texture, texels; 0 for vertex colors only.
     synthesis : bool
-        Continue what the photo shows of cloth, hair and skin over the unseen side
-        (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
+        Continue visible cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`);
+        otherwise use Eq. 14 only.
     delight : bool
-        Take the photo's shading out of its colors (`a2v.reconstruction.shading`), so that they can
-        be lit again.
+        Remove the shading of the photo from its colors (`a2v.reconstruction.shading`), so that they
+        can be lit again.
     """
 
     lambda_nn: float = 1.0
@@ -97,19 +88,19 @@ class ColorSettings:
 
 @dataclass(frozen=True, eq=False)
 class ColorEvidence:
-    """What is known of a surface with V vertices beside the photo.
+    """What is known of a surface with V vertices in addition to the photo.
 
     Attributes
     ----------
     prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colors that a network predicts. Default:
-        the front mirrored, hair on the back of the head.
+        c^p of Eq. 14, sRGB in [0, 1], predicted by a network; NaN if unknown. Default: the mirrored
+        front, with hair on the back of the head.
     spots : Spots, optional
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the
-        landmarks, and nothing is continued.
+        Place of each vertex on the body (`a2v.body.nearest_spots`). Default: the head is found by
+        the landmarks, and nothing is continued.
     canvas : Canvas, optional
-        Of a canonical person: its texture layout, and which pixels are of which part. Default:
-        charts are cut from the surface, and every pixel belongs to the surface that it shows.
+        For a canonical person: its texture layout, and the part of each pixel. Default: charts are
+        cut from the surface, and every pixel belongs to the surface that it shows.
     others : sequence of OtherPhoto
         Further photos of a canonical person.
     """
@@ -122,18 +113,18 @@ class ColorEvidence:
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What the photos show of V vertices.
+    """Visibility of V vertices in the photos.
 
     Attributes
     ----------
     trust : (V,)
-        Of the main photo, from 0 to 1.
+        In the main photo, from 0 to 1.
     known : (V,) bool
-        Vertices that any photo shows well.
+        Vertices that at least one photo shows well.
     main : (V,) bool
-        Those of them that the main photo shows well.
+        Vertices that the main photo shows well.
     mouth : (V,) bool
-        The mouth from within, which has given colors: it tells nothing of the cheeks before it.
+        The inside of the mouth, which has given colors and is no evidence for the cheeks.
     """
 
     trust: FloatArray
@@ -161,7 +152,7 @@ def color_surface(
     camera : OrthographicCamera
         Of `subject.image`.
     evidence : ColorEvidence, optional
-        What is known beside the photo.
+        What is known in addition to the photo.
 
     Returns
     -------
@@ -191,18 +182,21 @@ def color_surface(
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
-            "the photo's camera sees nothing of the surface; do surface, camera and photo belong together?"
+            "the photo's camera sees nothing of the surface; "
+            "do surface, camera and photo belong together?"
         )
     photo.known = known
     report(1, 4)
-    beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colors
+    beside = ThreadPoolExecutor(
+        1
+    )  # makes the charts of the texture, while this thread makes the colors
     atlas = (
         beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture)
         if settings.texture
         else None
     )
     beside.shutdown(wait=False)
-    apart = vertices if canvas is None else canvas.rest  # where nothing touches
+    apart = vertices if canvas is None else canvas.rest  # at rest nothing touches
 
     colors = photo.patch_colors(vertices, faces)
     if settings.delight:
@@ -225,14 +219,14 @@ def color_surface(
         )
         known, colors = on_vertices(trust, known, colors, others)
         seen, photo.known = seen | known, known
-    near = _nearest_vertices(apart, settings.neighbors)
+    near = nearest_vertices(apart, settings.neighbors)
     lent = np.zeros(len(known), bool)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
         hidden = on_parts(canvas.parts, *HANDS) & ~known
         if canvas.hands is not None:
             expected[hidden] = canvas.hands
-        reach, _ = _nearest_known(apart, known)
+        reach, _ = nearest_known(apart, known)
         lent = lent_to(canvas, known)
         expected[lent] = colors[canvas.twin[lent]]
     continued = None
@@ -243,7 +237,7 @@ def color_surface(
         continued = _continued(
             photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near
         )
-    # the band: what the photo saw at a glance, and what lies right behind the silhouette
+    # the band: grazing places of the photo, and places right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
     if continued is not None:
@@ -261,7 +255,7 @@ def color_surface(
     )
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = _even_tones(
+        base = even_tones(
             base,
             known & ~mouth,
             known | lent,
@@ -303,50 +297,59 @@ def _expected(
     prior: FloatArray | None,
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Colors (V, 3) that the unseen side may have, and how far, meters, each vertex is from one
-    that is `known` (V,)."""
+    """Expected colors (V, 3) of the unseen side, and the distance (V,), meters, of each vertex from
+    the nearest `known` (V,) one."""
     expected = mirrored_prior(
         mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
     )
-    reach, nearest = _nearest_known(mesh.vertices, known)
+    reach, nearest = nearest_known(mesh.vertices, known)
     if prior is not None:
-        # around the rim the photo knows better than any network: its color there, or next to there
+        # near visible places the photo is better than any network: its color there, or nearby
         close = np.where(
             (photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None],
             mesh.colors,
             mesh.colors[nearest],
         )
-        expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
+        expected = given_or_close(prior, close=close, otherwise=expected, reach=reach)
     return expected, reach
 
 
 def _continued(
     photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray
 ) -> Continuation:
-    """What the photo shows, continued over the unseen side; the mesh has the photo's colors where
-    they are known, and expected ones elsewhere."""
+    """Continue the photo over the unseen side; the mesh has the colors of the photo at known
+    vertices, and expected ones at the others."""
     pixels, known = photo.camera.project(mesh.vertices), shown.known
     face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
     outer = shown.main & ~shown.mouth
     _, skin = seen_face(photo.subject, pixels, mesh.colors, known=outer, head=_head(spots))
-    if skin is None:  # the back of a head: the hands' skin instead
+    if skin is None:  # the back of a head: use the skin of the hands
         skin = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
     square = known & (
         shown.trust > 0.9
-    )  # at grazing angles the background, and what is in front, is mixed in
+    )  # at grazing angles colors are mixed with those of the background and of what is in front
     seen = Seen(
-        vertices=mesh.vertices, colors=mesh.colors, known=known, parts=spots.parts,
-        front=seen_before(pixels, outer, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
-        scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face | shown.mouth,
-        rest=None if photo.canvas is None else photo.canvas.rest, cloth=None if photo.canvas is None else photo.canvas.loose,
-    )  # fmt: skip
+        vertices=mesh.vertices,
+        colors=mesh.colors,
+        known=known,
+        parts=spots.parts,
+        front=seen_before(pixels, outer, spots.parts),
+        twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        scalp=spots.scalp,
+        bare=spots.bare,
+        neighbors=neighbors,
+        skin=skin,
+        face=face | shown.mouth,
+        rest=None if photo.canvas is None else photo.canvas.rest,
+        cloth=None if photo.canvas is None else photo.canvas.loose,
+    )
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 
 
 def _report(
     solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings
 ) -> dict[str, float]:
-    """What `provenance["eq14"]` tells."""
+    """The report of Eq. 14 for `provenance["eq14"]`."""
     return {
         "iterations": solution.iterations,
         "residual": solution.residual,
@@ -357,18 +360,10 @@ def _report(
     }
 
 
-def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
-    """Distance (V,), meters, to the nearest vertex that is `known` (V,), and its number (V,)."""
-    from scipy.spatial import cKDTree
-
-    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
-    return np.asarray(reach), np.flatnonzero(known)[nearest]
-
-
 def _check_given(
     count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings
 ) -> None:
-    """Refuse what does not fit a surface of `count` vertices."""
+    """Check that the arguments fit a surface of `count` vertices."""
     if count <= settings.neighbors:
         raise InputError(
             f"the surface has {count} vertices; expected more than {settings.neighbors}"
@@ -382,48 +377,8 @@ def _check_given(
 
 
 def _head(spots: Spots | None) -> BoolArray | None:
-    """Which vertices (V,) are of head and neck; None where the spots are not known."""
+    """Which vertices (V,) belong to head and neck; None if the spots are not known."""
     return None if spots is None else on_parts(spots.parts, "head", "neck")
-
-
-def _given_or_close(
-    prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray
-) -> FloatArray:
-    """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
-
-    Towards what the photo shows well, `reach` (V,) meters away, it fades into the photo's colors
-    `close` (V, 3); see `RIM`.
-    """
-    given = np.isfinite(prior).all(axis=1)
-    share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
-    return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
-
-
-def _even_tones(
-    base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
-) -> FloatArray:
-    """Colors (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that
-    the photo shows: what a network expects there is often of another.
-
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. Of
-    skin it is the lighter half's: the other lies in the shadow of hair and chin.
-    """
-    from skimage.color import lab2rgb, rgb2lab
-
-    result, skin = base.copy(), None
-    for own in ((labels == SKIN) & bare, labels == HAIR):
-        if (own & known).sum() < _TONED or not (own & ~told).any():
-            continue
-        seen = rgb2lab(np.clip(base[own & known], 0, 1))
-        if skin is not None:  # at its border hair is mixed with skin
-            away = np.linalg.norm(seen - skin, axis=1)
-            seen = seen[away >= np.median(away)]
-        else:
-            seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
-        tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
-        result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
-    return result
 
 
 def _atlas(
@@ -439,35 +394,3 @@ def _atlas(
         if canvas is None
         else canvas.atlas
     )
-
-
-def without_strangers(
-    expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
-) -> FloatArray:
-    """Expected colors (V, 3) where the photo's pixel is another part's: the median of what it
-    shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides
-    it."""
-    from scipy.spatial import cKDTree
-
-    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
-    result = expected.copy()
-    for names in LIMB_PARTS:
-        own = on_parts(canvas.parts, *names)
-        shown = np.flatnonzero(own & known)
-        if (own & lost).any() and len(shown) >= 20:
-            beside = cKDTree(canvas.rest[shown]).query(
-                canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1
-            )[1]
-            result[own & lost] = np.median(colors[shown[beside]], axis=1)
-    return result
-
-
-def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
-    """The `count` nearest other vertices of each one (V, count); it need not come first itself
-    where points coincide."""
-    from scipy.spatial import cKDTree
-
-    neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])
-    own = neighbors == np.arange(len(neighbors))[:, None]
-    own[~own.any(axis=1), -1] = True
-    return np.asarray(neighbors[~own].reshape(len(neighbors), count))

@@ -1,4 +1,4 @@
-"""A mesh with a color per vertex: what the stages of coloring hand on."""
+"""A mesh with a color per vertex, passed between the stages of coloring."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ColoredMesh:
         Meters, in the flat frame of the photo's camera.
     faces : (F, 3) int64
     normals : (V, 3)
-        Unit, of the vertices.
+        Unit normals of the vertices.
     colors : (V, 3)
         sRGB in [0, 1].
     """

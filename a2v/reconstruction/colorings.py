@@ -1,5 +1,5 @@
-"""The ways to color what a backend gives, by name; apart from the backends, so that other colors
-leave remembered surfaces alone."""
+"""Colorings of a reconstruction, by name. They are separate from the backends, so that stored
+surfaces stay valid when a coloring changes."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def color_by_photo(
     progress: Progress | None = None,
     others: Sequence[Sight] = (),
 ) -> Surface:
-    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior
-    (or the default one) elsewhere.
+    """Color as the pipeline does: visible places by the photo, others by Eq. 14 with the prior of
+    the backend (or the default one).
 
-    `others` are further photos of a canonical person; the one that shows the face
-    (``provenance["face_photo"]``) is then the main one.
+    `others` are further photos of a canonical person; the main one is then the photo that gives the
+    face (``provenance["face_photo"]``).
     """
     from a2v.body.spots import nearest_spots, spots_of
 
@@ -64,14 +64,14 @@ def color_by_photo(
 def color_by_equation(
     person: Reconstruction, subject: Subject, body: Body, camera: Camera
 ) -> Surface:
-    """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side
+    """Ablation: the photo and Eq. 14 alone, without continuation over the unseen side
     (`ColorSettings.synthesis`)."""
     return color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=False))
 
 
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
-    """Ablation: every point, seen or not, has the photo's color at its pixel; the back is the
-    front mirrored."""
+    """Ablation: every point, visible or not, has the color of its pixel; the back is the mirrored
+    front."""
     from a2v.geometry.colors import to_bytes
     from a2v.reconstruction.color_prior import clean_colors
 
@@ -90,12 +90,12 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
 def color_by_network(
     person: Reconstruction, subject: Subject, body: Body, camera: Camera
 ) -> Surface:
-    """Ablation: the backend's own colors alone, on the vertices.
+    """Ablation: only the colors of the backend, on the vertices.
 
     Raises
     ------
     InputError
-        The backend has none.
+        The backend has no colors.
     """
     if person.expected_colors is None:
         raise InputError(
@@ -113,6 +113,9 @@ def color_by_network(
 
 
 COLORINGS: Mapping[str, Coloring] = {
-    "ours": color_by_photo, "eq14": color_by_equation, "mirrored": color_mirrored, "network": color_by_network,
-}  # fmt: skip
-"""Ways to color a reconstruction, by name; "ours" is what users get, the others are ablations."""
+    "ours": color_by_photo,
+    "eq14": color_by_equation,
+    "mirrored": color_mirrored,
+    "network": color_by_network,
+}
+"""Colorings by name: "ours" is used in the product, the others are ablations."""

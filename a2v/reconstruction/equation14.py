@@ -1,4 +1,4 @@
-"""Eq. 14 of the journal paper: colors for the side that nobody saw, by a convex program.
+"""Eq. 14 of the journal paper: colors of the unseen side, by a convex program.
 
     min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x -
     c_x'||_2 ]
@@ -21,7 +21,7 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ColorProblem:
-    """What Eq. 14 is solved for.
+    """The problem of Eq. 14.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class ColorProblem:
     neighbors : (V, N) int
         N_x; rows of fixed vertices are not read.
     free : (V,) bool
-        O and the band: vertices whose colors are sought.
+        O and the band: vertices whose colors are unknown.
     band : (V,) bool
         Free vertices of the transition band: second term only.
     lambda_nn : float
@@ -46,7 +46,7 @@ class ColorProblem:
 
 @dataclass(frozen=True)
 class ColorSolution:
-    """What `solve_colors` found.
+    """The result of `solve_colors`.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class ColorSolution:
         Colors; the fixed ones unchanged.
     iterations : int
     residual : float
-        Larger of the relative primal and dual residuals at the end.
+        The larger one of the final relative primal and dual residuals.
     objective : float
         Value of Eq. 14.
     """
@@ -71,7 +71,7 @@ class _Programme:
     free vertices.
 
     Rows: first `pairs` of neighbors, then the prior's. ``normal`` is ``operator.T operator``, plus
-    the diagonal `ridge` where nothing ties a color.
+    the diagonal `ridge` for colors without any constraint.
     """
 
     operator: Any
@@ -107,7 +107,7 @@ def solve_colors(
     Parameters
     ----------
     colors : (V, 3)
-        Known colors where not `free`; a starting point where free.
+        Known colors of vertices that are not `free`; a starting point for the others.
     problem : ColorProblem
     tolerance : float
         Stop when both relative residuals are below it.
@@ -196,8 +196,8 @@ def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
 
 
 def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Both ends of the pairs (x, x') of Eq. 14, each (P,), and how often a pair stands there: as
-    one norm with the summed weight."""
+    """Both ends (P,) of the pairs (x, x') of Eq. 14, and how often each pair occurs: it becomes one
+    norm with the summed weight."""
     count = len(neighbors)
     tail = np.repeat(np.nonzero(free)[0], neighbors.shape[1])
     head = neighbors[free].ravel().astype(np.int64)
@@ -211,8 +211,8 @@ def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, Int
 def _minimise(
     program: _Programme, tolerance: float, max_iterations: int
 ) -> tuple[FloatArray, int, float]:
-    """Colors (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and
-    the residual at the end."""
+    """Colors (n, 3) of the free vertices by over-relaxed ADMM, the number of iterations, and the
+    final residual."""
     from scipy.sparse.linalg import splu
 
     operator, target, weight = program.operator, program.target, program.weight

@@ -1,5 +1,5 @@
-"""The body's hands sewn into the surface: a field that is asked every half a centimeter makes
-mittens, of which no finger moves."""
+"""Sew the hands of the body into the surface: a field that is sampled every half a centimeter gives
+mittens whose fingers cannot move."""
 
 from __future__ import annotations
 
@@ -17,37 +17,38 @@ from a2v.geometry.vectors import unit
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction
 
 _BEYOND = 0.012
-"""The patch begins so far beyond the wrist, meters along the hand."""
+"""Distance beyond the wrist at which the patch begins, meters along the hand."""
 _GAP = 0.008
-"""The surface ends so far before it: room for the strip between the two."""
+"""Distance before the patch at which the surface ends, meters: room for the strip between both."""
 _REACH = 0.3
-"""Nothing farther from the wrist, meters, is cut."""
+"""Distance from the wrist beyond which nothing is cut, meters."""
 _AROUND = 0.085
-"""The hole's rim lies within so many meters of the wrist: a larger one would take more than a hand
-away."""
+"""Largest distance of the rim of the hole from the wrist, meters: a larger hole takes away more
+than a hand."""
 _LEAST_RIM = 12
 _FARTHEST = 0.08
-"""Where the surface is farther from the body's hand, meters, it holds something, or the fit is
-wrong."""
+"""Distance of the surface from the hand of the body above which it holds something, or the fit is
+wrong, meters."""
 _SHIFTED = 0.04
-"""Where the surface's wrist is farther off, meters, it is not the body's."""
+"""Largest distance between the wrists of surface and body, meters."""
 _STRETCHED = (0.75, 1.3)
 _FADE = 0.07
-"""Along so much of the hand, meters, it turns from the surface's wrist into the body's own."""
+"""Length of the hand, meters, over which it changes from the wrist of the surface to the hand of
+the body."""
 
 
 @dataclass(frozen=True)
 class HandSettings:
-    """Which hands a surface has.
+    """Settings of the hands.
 
     Attributes
     ----------
     replace : bool
-        Sew in the fitted body's hands, with fingers that move; without, hands are as the surface
-        has them.
+        Sew in the hands of the fitted body, whose fingers move. Otherwise the hands of the surface
+        stay.
     bend : bool
-        Bend the body's fingers as the photo shows them, or as relaxed hands have them; without,
-        they are straight.
+        Bend the fingers of the body as in the photo, or as in relaxed hands. Otherwise they are
+        straight.
     """
 
     replace: bool = True
@@ -57,10 +58,10 @@ class HandSettings:
 def add_hands(
     person: Reconstruction, body: Body, *, settings: HandSettings = HandSettings()
 ) -> Reconstruction:
-    """Replace the hands of a surface by the body's own.
+    """Replace the hands of a surface by those of the body.
 
-    Each is cut off at the wrist; the body's is moved and thickened there to fit, which fades out
-    along the hand, and is sewn to the rim.
+    Each hand is cut off at the wrist. The hand of the body is moved and thickened there to fit,
+    which fades out along the hand, and is sewn to the rim.
 
     Parameters
     ----------
@@ -71,9 +72,9 @@ def add_hands(
     Returns
     -------
     Reconstruction
-        `person` itself for another body, and where its surface is the body already. A hand that
-        cannot be cut off, since it touches or holds something, stays as it is;
-        ``surface.provenance["hands"]`` says which are the body's.
+        `person` itself for another body model, or if its surface is the body already. A hand that
+        touches or holds something cannot be cut off and stays unchanged;
+        ``surface.provenance["hands"]`` lists the replaced ones.
     """
     if not settings.replace or person.from_body or body.model != "anny":
         return person
@@ -97,14 +98,14 @@ class HandPatch:
     Attributes
     ----------
     vertices : (K,) int
-        The body's, of the patch.
+        Vertices of the body in the patch.
     faces : (F, 3) int
         Into `vertices`.
     rim : (n,) int
         Into `vertices`, in order.
     out : (V,) float
-        How far each of the body's vertices is beyond the wrist along the hand, meters, on the body
-        at rest; -inf for those that are not the hand's.
+        Distance of each vertex of the body beyond the wrist along the hand, meters, on the body at
+        rest; -inf for vertices of other parts.
     """
 
     vertices: IntArray
@@ -115,7 +116,7 @@ class HandPatch:
 
 @functools.cache
 def hand_patch(letter: str) -> HandPatch:
-    """The hand of a side, ".L" or ".R", found once on Anny at rest, where no bent finger reaches
+    """The hand of a side, ".L" or ".R", found once on Anny at rest: there no bent finger reaches
     back over the wrist."""
     import torch
 
@@ -146,7 +147,7 @@ def hand_patch(letter: str) -> HandPatch:
 
 
 def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | None:
-    """The reconstruction with one hand of the body's; None where that of the surface cannot be cut
+    """The reconstruction with one hand of the body; None if that of the surface cannot be cut
     off."""
     patch, surface = hand_patch(letter), person.surface
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
@@ -172,8 +173,8 @@ def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | N
 def _covered(
     vertices: FloatArray, body: Body, patch: HandPatch, wrist: FloatArray
 ) -> BoolArray | None:
-    """Which vertices (V,) of the surface are the hand's: the nearest of the body is, beyond where
-    the strip begins. None where one is far from it."""
+    """Which vertices (V,) of the surface belong to the hand: those whose nearest vertex of the body
+    does, beyond the begin of the strip. None if one of them is far from it."""
     from scipy.spatial import cKDTree
 
     near = np.flatnonzero(np.linalg.norm(vertices - wrist, axis=1) < _REACH)
@@ -184,8 +185,8 @@ def _covered(
 
 
 def _fitted(hand: FloatArray, patch: HandPatch, hole: FloatArray) -> FloatArray | None:
-    """The hand (K, 3) moved and thickened at its rim to fit the hole (n, 3); None where the two are
-    too far apart."""
+    """The hand (K, 3) moved and thickened at its rim to fit the hole (n, 3); None if they are too
+    far apart."""
     rim = hand[patch.rim]
     middle, normal = rim.mean(axis=0), np.linalg.svd(rim - rim.mean(axis=0))[2][2]
     across = np.eye(3) - np.outer(normal, normal)
@@ -203,8 +204,8 @@ def _fitted(hand: FloatArray, patch: HandPatch, hole: FloatArray) -> FloatArray 
 def _joined(
     person: Reconstruction, vertices: FloatArray, faces: IntArray, kept: IntArray, twins: IntArray
 ) -> Reconstruction:
-    """The reconstruction on a new mesh: first what is `kept` of the surface, then the body's
-    vertices `twins`, colored as what was nearest."""
+    """The reconstruction on a new mesh: first the `kept` vertices of the surface, then the vertices
+    `twins` of the body in the color of the nearest old vertex."""
     from scipy.spatial import cKDTree
 
     surface = person.surface

@@ -1,12 +1,12 @@
-"""Where the photo's landmarks have arms and hands: what lies there is theirs, also where the fitted
-body holds its arms otherwise."""
+"""Find arms, hands and bare feet in the photo by landmarks and skin, even if the fitted body holds
+its arms otherwise."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
@@ -17,23 +17,31 @@ _PALM = 0.045
 _FINGER = 0.014
 """Half the width of a finger, meters."""
 _REACH = 1.9
-"""A hand ends so many times as far from the wrist as its knuckles."""
+"""Distance of the end of a hand from the wrist, in distances of its knuckles."""
 _SURE = 0.5
-"""Landmarks of less confidence tell nothing."""
+"""Landmarks of less confidence are not used."""
 _OFF = 0.06
-"""The fit of an arm is off where elbow or wrist are so far from their landmarks, meters."""
+"""Distance of elbow or wrist from their landmarks above which the fit of an arm is wrong,
+meters."""
 _BEHIND = -0.12
-"""A wrist so far behind its shoulder, meters, may be hidden by the trunk."""
+"""Depth of a wrist relative to its shoulder below which the trunk may hide it, meters."""
 _SKIN_HUES = (25.0, 85.0)
-"""People's skin is reddish to yellow, degrees in CIELAB."""
-_COLOURED = 8.0
-"""And of at least this chroma."""
+"""Range of the hue of skin, degrees in CIELAB: reddish to yellow."""
+_CHROMA = 8.0
+"""Smallest chroma of skin, CIELAB units."""
 _HUE = np.array([0.35, 1.0, 1.0])
-"""What lightness, a and b count for: hands lie in other light than the face."""
+"""Weights of lightness, a and b: hands lie in other light than the face."""
 _LIKE = 15.0
-"""Colors so near to the face's, CIELAB units, are skin."""
+"""Largest distance of skin from the color of the face, CIELAB units."""
 _GLOVE = 0.25
-"""Hands of which a smaller share is like it wear gloves."""
+"""Share of skin below which hands wear gloves."""
+_BARE_FEET = 0.85
+"""Feet are bare where at least this share of what each shows, and of the shins above the ankles, is
+like the face's skin: shoes of the skin's color are more common than feet without any."""
+_ANKLE = 0.12
+"""Shins up to this height above the ankle are compared, meters."""
+_FEW = 30
+"""Pixels of a foot, and of a shin, that are needed."""
 _FINGERS = (
     (0, 1, 2, 3, 4),
     (0, 5, 6, 7, 8),
@@ -47,8 +55,8 @@ _FINGERS = (
 def arms_by_landmarks(
     subject: Subject, body: Body, camera: Camera, shape: tuple[int, int], step: int
 ) -> tuple[BoolArray, BoolArray]:
-    """Which pixels are of which arm by the landmarks, and for which parts they are the better
-    answer than the fit.
+    """Pixels of forearms and hands by the landmarks, and the parts for which these are better than
+    the fit.
 
     Parameters
     ----------
@@ -59,8 +67,8 @@ def arms_by_landmarks(
 
     Returns
     -------
-    (P, h, w) bool, of lower arms and hands alone, and (P,) bool: lower arms and hands whose fit is
-    off, and hands whose fingers were seen.
+    (P, h, w) bool, set for forearms and hands only, and (P,) bool: forearms and hands whose fit is
+    wrong, and hands whose fingers were found.
     """
     found, better = np.zeros((len(PARTS), *shape), bool), np.zeros(len(PARTS), bool)
     scale = camera.scale / step
@@ -100,8 +108,8 @@ def arms_by_landmarks(
 
 
 def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
-    """Which pixels (h, w), every `step`-th, look like the skin of the face, where hands are bare;
-    None where the face is not seen or the hands wear gloves.
+    """Which pixels (h, w), every `step`-th, look like the skin of the face. None if the face is not
+    visible or the hands wear gloves.
 
     Parameters
     ----------
@@ -138,12 +146,51 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     return np.asarray(like)
 
 
+def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
+    """Whether the photo shows feet without shoes; False if it does not show enough.
+
+    Parameters
+    ----------
+    body : Body
+        Fitted.
+    shown : (h, w) int
+        Part that the posed body shows on every `step`-th pixel; -1 for none.
+    """
+    import cv2
+    from skimage.color import rgb2lab
+
+    if subject.face is None:
+        return False
+    size = shown.shape[::-1]
+    small = cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)
+    lab = np.asarray(rgb2lab(small), np.float64)
+    column, row = (subject.face[:, :2] / step).astype(np.int64).T
+    tone = lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])
+    if tone is None:
+        return False
+    like = np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE
+    mask = cv2.resize(subject.mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.9
+    seen = 0
+    for side, letter in (("left", ".L"), ("right", ".R")):
+        ankle = body.bone_transforms[body.bone_names.index(f"foot{letter}"), :3, 3]
+        lowest = camera.project(ankle[None].astype(np.float64))[0, 1] / step
+        rows = np.arange(size[1])[:, None]
+        near = (rows > lowest - _ANKLE * camera.scale / step) & mask
+        parts = [near & (shown == PARTS.index(f"{side}_{part}")) for part in ("foot", "shin")]
+        if min(part.sum() for part in parts) < _FEW:
+            continue
+        seen += 1
+        if min(like[part].mean() for part in parts) < _BARE_FEET:
+            return False
+    return seen > 0
+
+
 def lit_skin(lab: FloatArray) -> FloatArray | None:
-    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colors (n, 3): hair and
-    shadow are darker; None where little has."""
+    """Tone (3,), CIELAB, of the lighter half of the colors (n, 3) with hues of skin: hair and
+    shadow are darker. None if few have such a hue."""
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     skin = lab[
-        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)
+        (hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _CHROMA)
     ]
     if len(skin) < 10 or len(skin) < 0.25 * len(lab):
         return None
@@ -151,8 +198,8 @@ def lit_skin(lab: FloatArray) -> FloatArray | None:
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:
-    """Pixels (h, w) within `width` of polylines (n, 2), and of the polygon of all of them where
-    there are several."""
+    """Pixels (h, w) within `width` of polylines (n, 2); with several polylines, also the hull of
+    their first two points."""
     import cv2
 
     drawn = np.zeros(shape, np.uint8)

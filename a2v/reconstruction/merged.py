@@ -1,5 +1,5 @@
-"""Colors of one person from several photos: each place takes those of the photo that saw it best,
-in the exposure of the main one."""
+"""Merge colors of one person from several photos: each place takes those of the photo that sees it
+best, in the exposure of the main photo."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 _LEAST = 60
-"""So many vertices of a part that both photos show tell an exposure."""
+"""Smallest number of vertices of a part, visible in both photos, that give an exposure."""
 _EXPOSURE = (0.4, 2.5)
-"""Least and largest factor between the exposures of two photos."""
+"""Smallest and largest factor between the exposures of two photos."""
 _TINT = (0.75, 1.33)
-"""The same of a channel beside the middle one: a jacket of another color behind is no other
-light."""
+"""Smallest and largest factor of a channel relative to the middle one: a back in another color does
+not mean another light."""
 _CLIPPED = (0.02, 0.97)
-"""Colors below and above tell no exposure, sRGB."""
+"""Colors below and above these values, sRGB, are not used for the exposure."""
 _SHARP = 4
-"""Power of the trust by which photos are mixed: the one that sees a place better has it nearly
-alone."""
+"""Power of the trust by which photos are blended: nearly only the one that sees a place best
+counts."""
 _FACE = 3
-"""Rings over which the other photos fade out around the face."""
+"""Number of rings of vertices over which the other photos fade out around the face."""
 
 
 @dataclass(frozen=True, eq=False)
 class OtherPhoto:
-    """A further photo of a canonical person, as it projects onto that person in its own pose.
+    """A further photo of a canonical person, projected onto that person in the pose of that photo.
 
     Attributes
     ----------
@@ -46,13 +46,13 @@ class OtherPhoto:
     canvas : Canvas
         Of that pose.
     trust : (V,)
-        How far its colors are to be trusted.
+        Trust in its colors, from 0 to 1.
     colors : (V, 3)
         sRGB.
     gain : (3,)
-        From its exposure to the main photo's, linear RGB.
+        Factor from its exposure to that of the main photo, linear RGB.
     allowed : (V,)
-        From 0 to 1: not the face, which is the main photo's.
+        From 0 to 1; 0 in the face, which is taken from the main photo.
     """
 
     photo: PhotoProjection
@@ -74,7 +74,7 @@ class OtherPhoto:
         *,
         delight: bool,
     ) -> OtherPhoto:
-        """Of the surface in that photo's pose, in the flat frame of its camera."""
+        """Project a photo onto the surface in its pose, in the flat frame of its camera."""
         faces, vertices = (
             np.asarray(surface.faces, np.int64),
             np.asarray(surface.vertices, np.float64),
@@ -98,14 +98,14 @@ class OtherPhoto:
 
     @property
     def known(self) -> BoolArray:
-        """Which vertices (V,) it shows well."""
+        """Which vertices (V,) the photo shows well."""
         return np.asarray(self.trust * self.allowed > 0.5)
 
     def beside(
         self, known: BoolArray, colors: FloatArray, faces: IntArray, face: IntArray | None
     ) -> OtherPhoto:
-        """The same beside a main photo, which shows the `known` (V,) vertices in `colors` (V, 3)
-        and the vertices of the `face` (n,)."""
+        """Fit the exposure to a main photo, which shows the `known` (V,) vertices in `colors` (V,
+        3) and the vertices of the `face` (n,)."""
         allowed = np.ones((len(known), 1))
         if face is not None:
             allowed[face] = 0.0
@@ -116,8 +116,8 @@ class OtherPhoto:
         )
 
     def at(self, corner: IntArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """How far its colors are to be trusted (n, 1) at places with `corner` (n, 3) vertices and
-        barycentric `weight` (n, 3, 1), and the colors (n, 3)."""
+        """Trust (n, 1) and colors (n, 3) at places with `corner` (n, 3) vertices and barycentric
+        `weight` (n, 3, 1)."""
         point, normal = (within(values, corner, weight) for values in (self.vertices, self.normals))
         pixels = self.photo.camera.project(point)
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
@@ -135,8 +135,7 @@ def _exposed(colors: FloatArray, gain: FloatArray) -> FloatArray:
 def mixed(
     trusts: Sequence[FloatArray], colors: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """The largest of several trusts (n, 1), and the colors (n, 3) of those who see a place
-    best."""
+    """Blend colors (n, 3) by their trusts (n, 1); returns the largest trust and the blend."""
     share = [np.maximum(trust, 1e-4) ** _SHARP for trust in trusts]
     total = np.sum(share, axis=0)
     return np.max(trusts, axis=0), np.sum(
@@ -147,8 +146,8 @@ def mixed(
 def on_vertices(
     trust: FloatArray, known: BoolArray, colors: FloatArray, others: Sequence[OtherPhoto]
 ) -> tuple[BoolArray, FloatArray]:
-    """Which vertices (V,) any photo shows well, and the colors (V, 3) of those that see them best;
-    all of the main photo where none does."""
+    """Which vertices (V,) any photo shows well, and their colors (V, 3) from the photos that see
+    them best; all other vertices keep the colors of the main photo."""
     every = known.copy()
     for other in others:
         every |= other.known
@@ -165,13 +164,12 @@ def on_vertices(
 def exposure(
     canvas: Canvas, main: tuple[BoolArray, FloatArray], other: tuple[BoolArray, FloatArray]
 ) -> FloatArray:
-    """The factor (3,) in linear RGB from another photo's exposure to the main one's.
+    """Factor (3,), linear RGB, from the exposure of another photo to that of the main one.
 
-    `main` and `other` are which vertices (V,) each shows well, and their colors (V, 3). Of every
-    part but the head, whose sides are face and hair, the medians of what both photos show of it are
-    compared; the middle of the parts, by how many vertices they have, is the factor. Where two
-    views end beside each other would be nearer, but there both see at a glance, and light from the
-    side is in the colors.
+    `main` and `other` are the vertices (V,) that each shows well, and their colors (V, 3). For
+    every part but the head, whose sides are face and hair, the medians of both photos are compared.
+    The factor is the median over the parts, weighted by their vertices. The seam between two views
+    would be closer, but there both views are grazing, and light from the side changes the colors.
     """
     ratios, counts = [], []
     for part in np.unique(canvas.parts):

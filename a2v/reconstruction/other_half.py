@@ -1,5 +1,5 @@
-"""What the photo shows of one half of a head stands for the half that it hides: faces are alike on
-both sides, in the texture too."""
+"""Use the visible half of a head for the hidden one: heads are alike on both sides, in the texture,
+too."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from a2v.types import BoolArray, FloatArray, IntArray
 
 HEAD = ("head", "neck")
 _WORSE = (0.45, 0.8)
-"""A place that faces the camera by less than the first share of what the mirrored one does takes
-that one's colors, from the second share on its own."""
+"""Ratios of how squarely a place and the mirrored one face the camera. Below the first ratio the
+place takes the colors of the mirrored one, from the second one on its own."""
 
 
 def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
-    """Which vertices (V,) of head and neck are not `known` (V,) while the mirrored ones are."""
+    """Which vertices (V,) of head and neck are not `known` (V,), but the mirrored ones are."""
     return np.asarray(on_parts(canvas.parts, *HEAD) & ~known & known[canvas.twin])
 
 
@@ -32,11 +32,15 @@ def of_other_half(
     weight: FloatArray,
     trust: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The `trust` (n, 1) in a photo's colors, less where the mirrored place is seen much more
-    squarely; the trust in that one's (n, 1); and its colors (n, 3), sRGB.
+    """Sample the mirrored places of a head.
 
-    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Off head and neck
-    nothing is mirrored.
+    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Only head and neck
+    are mirrored.
+
+    Returns
+    -------
+    The `trust` (n, 1) in the photo's own colors, lowered if the mirrored place is seen much more
+    squarely; the trust (n, 1) in the colors of the mirrored place; and these colors (n, 3), sRGB.
     """
     kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
     own = (

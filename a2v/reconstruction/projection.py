@@ -1,5 +1,4 @@
-"""A photo as it projects onto a surface: what it shows of each point, and how far that is to be
-trusted."""
+"""Project a photo onto a surface: the color of each point, and how far to trust it."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subje
 
 
 class PhotoProjection:
-    """The photo as a projector: its clean colors, and how far to trust them at a point."""
+    """A photo projected onto a surface: its clean colors, and how far to trust them at a point."""
 
     canvas: Canvas | None = None
     known: BoolArray
@@ -26,8 +25,8 @@ class PhotoProjection:
         self.clean = clean_colors(subject)
         height, width = subject.mask.shape
         depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
-        # the nearest depth around a pixel: at an occluding edge the side behind takes no color
-        # from before
+        # the nearest depth around a pixel: at an occluding edge the surface behind takes no color
+        # of the one in front
         self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
         person = (subject.mask > 0.5).astype(np.uint8)
         self.inner = cv2.distanceTransform(
@@ -37,8 +36,8 @@ class PhotoProjection:
         self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
 
     def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
-        """Colors (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over
-        the patch that it stands for."""
+        """Colors (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), averaged over the
+        patch of each vertex."""
         import cv2
 
         spacing = (
@@ -60,8 +59,8 @@ class PhotoProjection:
         return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
 
     def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
-        """Whether nothing lies more than `tolerance` meters before the points (N, 3), and they are
-        inside the photo."""
+        """Whether nothing lies more than `tolerance` meters in front of the points (N, 3), and they
+        are inside the photo."""
         u, v, within = self._pixel(points)
         return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
 

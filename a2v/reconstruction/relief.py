@@ -1,9 +1,9 @@
-"""Positions and normals joined: a surface keeps its form at large and takes its relief from normals
-that are known better.
+"""Combine positions and normals: a surface keeps its coarse shape and takes its relief from more
+precise normals.
 
 After Nehab et al. 2005, "Efficiently combining positions and normals for precise 3D geometry": a
-linear least-squares problem over the mesh, here with one unknown a vertex, its way along the
-normal.
+linear least-squares problem over the mesh, here with one unknown per vertex, its displacement
+along the normal.
 """
 
 from __future__ import annotations
@@ -22,11 +22,10 @@ def follow_normals(
     stiffness: float = 0.3,
     largest: float = 0.015,
 ) -> FloatArray:
-    """Move vertices along the normals that they should have, so that the surface has them.
+    """Move vertices along given normals, so that the surface gets these normals.
 
     Minimizes ``sum over edges w (n . (p_i - p_j))^2 + stiffness * sum t^2`` with ``p = vertices + t
-    normals`` and the mean normal n of an edge: each edge should lie in the plane that its normal
-    says.
+    normals`` and the mean normal n of an edge: each edge should lie in the plane of its normal.
 
     Parameters
     ----------
@@ -34,14 +33,14 @@ def follow_normals(
         Meters.
     faces : (F, 3) int
     normals : (V, 3)
-        Unit normals to be reached.
+        Unit normals that the surface should get.
     trust : (V,)
-        From 0, a vertex without a wanted normal, which stays, to 1.
+        From 0 (no given normal; the vertex stays) to 1.
     stiffness : float
-        What it costs to leave the place: larger values let only finer relief change. With edges of
-        8 mm, 0.3 lets waves of up to about 15 cm, 0.03 of half a meter.
+        Cost of a displacement: larger values let only finer relief change. With edges of 8 mm, 0.3
+        allows waves of up to about 15 cm, and 0.03 of half a meter.
     largest : float
-        No vertex moves farther, meters.
+        Largest displacement, meters.
 
     Returns
     -------

@@ -1,10 +1,9 @@
-"""The shading that a photo holds, and the photo without it: a plain intrinsic decomposition over
-the reconstructed surface.
+"""Remove the shading from a photo: a simple intrinsic decomposition over the reconstructed surface.
 
-Color is albedo times shading. The shading is one number a point: irradiance as a function of the
+Color is albedo times shading. The shading is one number per point: irradiance as a function of the
 normal, spherical harmonics of second order (Ramamoorthi and Hanrahan, SIGGRAPH 2001), times a power
-of how open the point lies. The albedo takes few values (Horn 1974; as Retinex and its followers
-have it): the seen colors fall into `_STUFFS` groups, each of one albedo. Both are fitted by turns,
+of how open the point lies. The albedo takes few values (Horn 1974; Retinex): the
+visible colors fall into `_STUFFS` groups, each of one albedo. Both are fitted alternately and
 robustly. Colors keep their hue, since all three channels are divided by the same number.
 """
 
@@ -20,30 +19,30 @@ from a2v.geometry.sampling import cosine_directions
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 LIMITS = (0.6, 1.6)
-"""Least and most shading that is taken out, against its mean of 1."""
+"""Smallest and largest shading that is removed, relative to its mean of 1."""
 
 _STUFFS = 6
-"""Groups of colors that share an albedo."""
+"""Number of groups of colors that share an albedo."""
 _TURNS = 8
-"""How often groups and light are fitted by turns."""
+"""Number of rounds in which groups and light are fitted alternately."""
 
 _LIGHTNESS = 0.2
-"""What lightness counts for beside hue where colors are grouped: a shaded side is the same
-stuff."""
+"""Weight of lightness relative to hue when colors are grouped: a shaded side is the same
+material."""
 
 _STIFF = 0.02
-"""How stiffly the light keeps to being even: a penalty on the squares of its harmonics, in units of
-the mean squared error."""
+"""Penalty on the squared harmonics of the light, which keeps it even, in units of the mean squared
+error."""
 
 _OPEN = 0.5
 """Power of the openness."""
 _RAYS = 32
-"""Rays by which it is found."""
+"""Number of rays by which the openness is found."""
 
 _CLIPPED = 0.9
-"""Luminance from which on the sensor is full: it says nothing about light."""
+"""Luminance above which the sensor is saturated."""
 _DARK = 0.01
-"""Luminance up to which the sensor sees noise."""
+"""Luminance below which the sensor measures noise."""
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _MAP = 512
@@ -59,7 +58,7 @@ def photo_without_shading(
     colors: FloatArray,
     seen: BoolArray,
 ) -> FloatArray:
-    """A photo whose person looks as in even light of the same mean.
+    """Relight the person of a photo with even light of the same mean.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def photo_without_shading(
     colors : (V, 3)
         sRGB that the photo has at the vertices.
     seen : (V,) bool
-        Which vertices it shows well.
+        Vertices that the photo shows well.
     """
     shading = estimate_shading(
         normals,
@@ -91,8 +90,8 @@ def photo_without_shading(
 def openness(
     vertices: FloatArray, faces: IntArray, normals: FloatArray, *, rays: int = _RAYS
 ) -> FloatArray:
-    """Share (V,) of even light from all around that reaches each vertex past the surface itself;
-    `normals` (V, 3) are unit."""
+    """Share (V,) of even light from all directions that reaches each vertex past the surface
+    itself; `normals` (V, 3) are unit."""
     scene, generator = RayScene(vertices, faces), np.random.default_rng(0)
     start = (vertices + 0.004 * normals).astype(np.float32)
     free = np.zeros(len(vertices))
@@ -104,8 +103,8 @@ def openness(
 def estimate_shading(
     normals: FloatArray, free: FloatArray, colors: FloatArray, weight: FloatArray
 ) -> FloatArray:
-    """How brightly each vertex is lit, (V,) float64 within `LIMITS` (with their mean over the seen
-    ones 1 before limits).
+    """Brightness (V,) float64 of the light on each vertex, within `LIMITS`; before the limits its
+    mean over the visible vertices is 1.
 
     Parameters
     ----------
@@ -116,7 +115,7 @@ def estimate_shading(
     colors : (V, 3)
         sRGB in [0, 1] of the photo.
     weight : (V,)
-        How much of the photo each vertex stands for; 0 where the photo does not show it.
+        Area of the photo that each vertex stands for; 0 for vertices that it does not show.
     """
     linear = srgb_to_linear(np.clip(colors, 0, 1))
     bright = linear @ _LUMINANCE
@@ -149,8 +148,8 @@ def _harmonics(normals: FloatArray) -> FloatArray:
 
 
 def _grouped(colors: FloatArray) -> IntArray:
-    """Which of at most `_STUFFS` groups of like colors each of the sRGB colors (n, 3) belongs to,
-    (n,), all of them used."""
+    """Group (n,) of each sRGB color (n, 3): at most `_STUFFS` groups of similar colors, none
+    empty."""
     from scipy.cluster.vq import kmeans2
     from skimage.color import rgb2lab
 
@@ -163,7 +162,7 @@ def _grouped(colors: FloatArray) -> IntArray:
 
 
 def _fitted(shape: FloatArray, ratio: FloatArray, weight: FloatArray) -> FloatArray:
-    """Coefficients (9,) with which `shape` (n, 9) gives `ratio` (n,): prints, beards and cast
+    """Coefficients (9,) with which `shape` (n, 9) gives `ratio` (n,). Prints, beards and cast
     shadows count little (Cauchy's weights)."""
     even = np.zeros(shape.shape[1])
     even[0] = 1
@@ -186,8 +185,8 @@ def _over_photo(
     faces: IntArray,
     shape: tuple[int, int],
 ) -> FloatArray:
-    """Values (V,) of vertices on the pixels of a photo of `shape`, (H, W) float32, where the camera
-    sees them; carried on from there."""
+    """Draw values (V,) of visible vertices on a photo of `shape`, (H, W) float32, and extend them
+    to all pixels."""
     import cv2
 
     step = max(1.0, max(shape) / _MAP)

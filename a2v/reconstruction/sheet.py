@@ -1,4 +1,4 @@
-"""A contact sheet of a surface, to be looked at."""
+"""Draw a contact sheet of a surface."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from a2v.types import ByteArray, Surface
 
 
 def surface_sheet(surface: Surface, *, size: int = 448) -> ByteArray:
-    """Front, left, back and right in color and as clay, then the head from front, left, back and
-    right: (2 size, 6 size, 3) uint8."""
+    """Draw front, left, back and right in color and as clay, then the head from the same sides:
+    (2 size, 6 size, 3) uint8."""
     from a2v.rendering.preview import PreviewStyle, preview_surface
 
     vertices = surface.vertices

@@ -1,5 +1,5 @@
-"""Pixels that the mask has for the person and that show what lies around: between two legs, under
-an arm, beside a hip."""
+"""Find pixels of the person's mask that show the background: between two legs, under an arm, beside
+a hip."""
 
 from __future__ import annotations
 
@@ -8,35 +8,36 @@ import numpy as np
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 _DOUBTFUL = 0.09
-"""Pixels of the mask up to so far, meters, from where body or mask show nobody are looked at."""
+"""Distance from pixels without body or mask up to which pixels of the mask are tested, meters."""
 _DEEP = 0.02
-"""What lies deeper than this within the body, meters, is the person's."""
+"""Depth within the body from which on a pixel belongs to the person, meters."""
 _RIM = 0.015
-"""Between this, meters, beside the mask and ..."""
+"""Distance from the mask at which the background begins to be sampled, meters."""
 _NEAR = 0.3
-"""... this lies what tells the surroundings' colors."""
+"""Distance from the mask up to which the background is sampled, meters."""
 _COLOR = 9.0
-"""So many CIELAB units count like `_PLACE`."""
+"""Difference of color, CIELAB units, that counts like the distance `_PLACE`."""
 _PLACE = 0.3
-"""So many meters count like `_COLOR`."""
+"""Distance, meters, that counts like the difference of color `_COLOR`."""
 _ALIKE = 1.2
-"""A pixel shows the surroundings where it is nearer to one of their samples than this, of color
-and place together, and ..."""
+"""Largest distance, of color and place together, of a background pixel from a sample of the
+background."""
 _RATIO = 0.6
-"""... than this share of its distance from the nearest of the person's."""
+"""Largest ratio of this distance to that from the nearest sample of the person."""
 _SAMPLES = 6000
+"""Samples of each kind, at most."""
 
 
 def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolArray:
-    """Which pixels (h, w) of the person's mask look like what is around the person, and not like
-    the person next to there.
+    """Which pixels (h, w) of the person's mask look like the background, and not like the person
+    next to them.
 
     Parameters
     ----------
     subject : Subject
-        Its picture and mask are looked at in `shown`'s resolution.
+        Its picture and mask are resized to the resolution of `shown`.
     shown : (h, w) int
-        Part that the posed body shows; -1 for none.
+        Part of the posed body in each pixel; -1 for none.
     scale : float
         Pixels of `shown` per meter.
     """
@@ -68,7 +69,7 @@ def like_surroundings(subject: Subject, shown: IntArray, scale: float) -> BoolAr
 
 
 def _away(where: BoolArray) -> FloatArray:
-    """Pixels (h, w) from the nearest one of `where` (h, w)."""
+    """Distance (h, w), pixels, from the nearest pixel of `where` (h, w)."""
     import cv2
 
     return np.asarray(cv2.distanceTransform((~where).astype(np.uint8), cv2.DIST_L2, 5))

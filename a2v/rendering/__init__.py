@@ -16,7 +16,7 @@ from a2v.rendering.camera import (
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
 from a2v.rendering.framing import Framing
-from a2v.rendering.images import contact_sheet, side_by_side
+from a2v.rendering.images import contact_sheet, side_by_side, with_caption
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Renderer
@@ -54,6 +54,7 @@ __all__ = [
     "read_look",
     "read_video",
     "side_by_side",
+    "with_caption",
     "write_gif",
     "write_page",
     "write_video",

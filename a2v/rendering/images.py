@@ -84,3 +84,26 @@ def contact_sheet(
         top, left = (index // cols) * (height + band + gap), (index % cols) * (width + gap)
         draw.text((left + width / 2, top + band / 2), label, fill=ink, font=font, anchor="mm")
     return np.asarray(picture)
+
+
+def with_caption(picture: ByteArray, lines: Sequence[str], *, size: int = 14) -> ByteArray:
+    """A picture (H, W, 3) uint8 with lines of black text on white below it.
+
+    The text is `size` pixels tall, or less where a line would be wider than the picture.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    if not lines:
+        return picture
+    width = picture.shape[1]
+    widest = max(ImageFont.load_default(size=size).getlength(line) for line in lines)
+    size = max(6, min(size, int(size * (width - 8) / widest)))
+    band = round(1.4 * size)
+    sheet = Image.fromarray(
+        np.pad(picture, ((0, band * len(lines)), (0, 0), (0, 0)), constant_values=255)
+    )
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=size)
+    for row, line in enumerate(lines):
+        place = (4, picture.shape[0] + band * (row + 0.5))
+        draw.text(place, line, fill=(0, 0, 0), font=font, anchor="lm")
+    return np.asarray(sheet)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.rays import load_open3d
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Surface
 
 
@@ -91,12 +92,10 @@ def _first_hits(
 ) -> tuple[BoolArray, IntArray, FloatArray]:
     """Rays from `origins` (H, W, 3): which hit (H, W), and of these N the face (N,) and barycentric
     weights (N, 3) of its corners."""
-    import open3d as o3d
-
     rays = np.concatenate([origins, np.broadcast_to(direction, origins.shape)], axis=-1).astype(
         np.float32
     )
-    scene: Any = o3d.t.geometry.RaycastingScene()
+    scene: Any = load_open3d().t.geometry.RaycastingScene()
     scene.add_triangles(
         np.ascontiguousarray(surface.vertices, np.float32),
         np.ascontiguousarray(surface.faces, np.uint32),

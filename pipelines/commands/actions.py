@@ -13,7 +13,7 @@ from pipelines.answer import Answer
 from pipelines.options import option
 from pipelines.requests.motion import MODEL, open_model
 
-HELP = "List what can be asked for, by theme with source and license; of one --model the names, one a line."
+HELP = "List all actions by theme, with source and license. With --model, list the names of one model, one per line."
 EXAMPLES = """examples:
   a2v actions
   a2v actions --license free                     without what is for research only
@@ -31,9 +31,11 @@ class Options:
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(
-        "any, or free: without what is for research only", default=LICENSES[0], choices=LICENSES
+        "any, or free: leave out sources that are for research only",
+        default=LICENSES[0],
+        choices=LICENSES,
     )
-    find: str = option("words to look for", default="", metavar="TEXT")
+    find: str = option("list the actions nearest to these words", default="", metavar="TEXT")
 
 
 def run(options: Options) -> Answer:

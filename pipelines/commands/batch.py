@@ -23,11 +23,11 @@ from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
 from pipelines.requests.person import PersonStages
 
-HELP = "Make the videos of a table of jobs, each person and each motion once, on as many workers as there are."
+HELP = "Make the videos of a table of jobs. Each person and each motion is computed once."
 EXAMPLES = """examples:
   a2v batch jobs.csv --out out                               photo,action,seed a line; the first line names the columns
-  a2v batch jobs.yaml --out out --frames 90 --views front    what a row leaves open is as it is given here
-  a2v batch jobs.csv --out out --retry-failed                those that failed before once more
+  a2v batch jobs.yaml --out out --frames 90 --views front    options given here apply to all rows that do not set them
+  a2v batch jobs.csv --out out --retry-failed                repeat failed jobs
   a2v batch jobs.csv --out out --workers 8 --limit-memory 12GB
   a2v batch jobs.csv --out out --cache s3://bucket/a2v --executor dask --address tcp://scheduler:8786
 
@@ -37,7 +37,7 @@ EXAMPLES = """examples:
     ben.jpg,"Walk,Jump",
 
 Columns are name and the options of a2v video that this help shows. The folder gets one folder a job (what a2v video writes, and
-job.json), results.csv and index.html. A job that fails stops no other. The same command again does what is left."""
+job.json), results.csv and index.html. A failed job does not stop the others. The same command continues an interrupted run."""
 
 TABLES_EVERY = 30.0
 """Seconds between two writings of the tables, at least."""
@@ -47,18 +47,18 @@ TABLES_EVERY = 30.0
 class Options:
     """What the command takes."""
 
-    jobs: str = option("CSV or YAML file of jobs", names=("jobs",), metavar="FILE")
-    out: str = option("folder for the results")
+    jobs: str = option("table of jobs, a CSV or YAML file", names=("jobs",), metavar="FILE")
+    out: str = option("folder to write to")
     motion: MotionRequest = group(MotionRequest, "the motion")
-    film: FilmRequest = group(FilmRequest, "how it is filmed")
-    retry_failed: bool = flag("do again what has failed before")
+    film: FilmRequest = group(FilmRequest, "the film")
+    retry_failed: bool = flag("repeat jobs that failed in an earlier run")
     limit_memory: str | None = option(
-        "begin no job beyond this much memory of all processes, such as 8GB",
+        "start no further job while all processes together use more memory than this, such as 8GB",
         default=None,
         metavar="SIZE",
     )
     stages: PersonStages = group(PersonStages, "the people")
-    running: RunOptions = group(RunOptions, "how it runs")
+    running: RunOptions = group(RunOptions, "execution")
 
 
 def run(options: Options) -> Answer:

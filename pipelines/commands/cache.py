@@ -15,11 +15,11 @@ from pipelines.engine.store import Store
 from pipelines.inputs import MAX_PHOTO_BYTES
 from pipelines.options import flag, option
 
-HELP = "Show or trim the store of remembered results."
+HELP = "Show or trim the store of cached results."
 EXAMPLES = """examples:
   a2v cache                  where it is and what it holds
-  a2v cache --trim 5GB       remove what was used longest ago
-  a2v cache --forget me.jpg  remove all that was computed from this photo
+  a2v cache --trim 5GB       remove the least recently used results
+  a2v cache --forget me.jpg  remove everything that was computed from this photo
   a2v cache --clear          remove everything"""
 
 _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
@@ -34,9 +34,13 @@ class Options:
         default=None,
         metavar="FOLDER",
     )
-    trim: str | None = option("keep at most this much, such as 5GB", default=None, metavar="SIZE")
+    trim: str | None = option(
+        "remove the least recently used results until this size remains, such as 5GB",
+        default=None,
+        metavar="SIZE",
+    )
     forget: str | None = option(
-        "remove all that was computed from this photo", default=None, metavar="PHOTO"
+        "remove everything that was computed from this photo", default=None, metavar="PHOTO"
     )
     clear: bool = flag("remove everything")
 
@@ -47,7 +51,7 @@ def parse_size(text: str) -> int:
     Raises
     ------
     InputError
-        It is no size.
+        The text is not a size.
     """
     found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([KMGT]?B?)\s*", text.upper())
     unit = found and (
@@ -56,7 +60,9 @@ def parse_size(text: str) -> int:
         else found.group(2) + "B"
     )
     if not found or unit not in _UNITS:
-        raise InputError(f"'{text}' is no size; expected a number and a unit, such as 500MB or 5GB")
+        raise InputError(
+            f"'{text}' is not a size; expected a number and a unit, such as 500MB or 5GB"
+        )
     return int(float(found.group(1)) * _UNITS[unit])
 
 

@@ -36,7 +36,7 @@ from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import VideoRequest
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
 
-HELP = "Make one character file with several actions: glTF, USD, FBX, VRM, or a web page that shows it."
+HELP = "Make one character file with several actions from a photo: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
@@ -64,31 +64,32 @@ class Options:
     """What the command takes."""
 
     person: PersonRequest = group(PersonRequest, "the person")
-    out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
-    actions: str = option("of the model, with commas; each becomes a clip", default="")
+    out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
+    actions: str = option(
+        "actions of the model, separated by commas; each becomes a clip", default=""
+    )
     motions: str = option(
-        f"files with commas ({readable_motions(', ')}); each becomes a clip", default=""
+        f"motion files, separated by commas ({readable_motions(', ')}); each becomes a clip",
+        default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     carrying: CarryOptions = group(CarryOptions)
-    no_props: bool = flag(
-        "no steps, ladder or bar in the file; by default those of each clip that climbs", rare=True
-    )
-    exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
-    rigging: RigOptions = group(RigOptions, "files for other tools")
-    author: str = option("of a .vrm: who made the avatar", default="")
+    no_props: bool = flag("leave out the steps, ladder or bar of clips that climb", rare=True)
+    exact: bool = flag("write each frame of Eq. 20 as a morph target of a .glb, without bones")
+    rigging: RigOptions = group(RigOptions, "exported files")
+    author: str = option("author of the avatar; a .vrm requires it", default="")
     license_url: str = option(
-        "of a .vrm: address of the license that you grant", default="", metavar="URL"
+        "address of the license of the avatar; a .vrm requires it", default="", metavar="URL"
     )
     vrm: str = option(
-        "of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer",
+        "edition of a .vrm; 0.x for VSeeFace and other programs that do not read 1.0",
         default="1.0",
         choices=EDITIONS,
     )
     deform: DeformSettings = settings(DeformSettings, users=("method",))
-    engines: EngineOptions = group(EngineOptions, "files for other tools")
-    running: RunOptions = group(RunOptions, "how it runs")
+    engines: EngineOptions = group(EngineOptions, "exported files")
+    running: RunOptions = group(RunOptions, "execution")
 
     def motion(self, name: str, file: str | None) -> MotionRequest:
         """The motion of a clip: an action of the model, or a file."""
@@ -271,19 +272,19 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
         if name in wanted:
             raise InputError(
-                f"clip '{name}' is asked for twice; clips of one file need names of their own"
+                f"clip '{name}' is given twice; every clip of a file needs a different name"
             )
         wanted[name] = file
     if not wanted:
         raise InputError(
-            "no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions"
+            "no clip given; name actions with --actions (a2v actions lists them) or files with --motions"
         )
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError(
             "--exact writes one action to a .glb; leave the others out, or leave --exact out"
         )
     if options.exact and not options.rigging.plain:
-        raise InputError("--exact has no bones; leave --rig and --root-motion out")
+        raise InputError("--exact writes no bones; leave --rig and --root-motion out")
     return wanted
 
 

@@ -12,7 +12,7 @@ from pipelines.answer import Answer
 from pipelines.cli import available, every_command, load_command
 from pipelines.options import actions_of, option
 
-HELP = "Print the script by which a shell completes a2v's commands, options and files."
+HELP = "Print a script that completes a2v's commands, options and files in a shell."
 SHELLS = ("bash", "zsh", "fish")
 EXAMPLES = """examples:
   a2v completion bash > ~/.local/share/bash-completion/completions/a2v

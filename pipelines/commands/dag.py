@@ -10,7 +10,7 @@ from pipelines.engine.drawing import draw
 from pipelines.graph import video_graph
 from pipelines.options import option
 
-HELP = "Draw the pipeline's graph: nodes, what they need, and where they fan out over frames (t) and views (c)."
+HELP = "Draw the graph of the pipeline: its nodes, their inputs, and where they run per frame (t) and per view (c)."
 EXAMPLES = """examples:
   a2v dag --out dag.svg
   a2v dag --out dag.png"""
@@ -21,10 +21,10 @@ class Options:
     """What the command takes."""
 
     out: str = option(
-        "picture to write; .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg"
+        "picture to write: .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg"
     )
     drawer: str = option(
-        "auto: Graphviz' dot where it is installed",
+        "program that draws; auto: Graphviz' dot if it is installed, else matplotlib",
         default="auto",
         choices=("auto", "dot", "matplotlib"),
     )

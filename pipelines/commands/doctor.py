@@ -8,12 +8,12 @@ from pipelines.answer import Answer
 from pipelines.checks import run_checks
 from pipelines.options import option
 
-HELP = "Try every part that a video needs, and say what works here and what to do about the rest."
+HELP = "Try every part that a video needs; report what works here and how to repair the rest."
 EXAMPLES = """examples:
   a2v doctor
   a2v doctor --json
 
-"works", "slow" (could be better), "missing" (an optional part) or "fails" (a video needs it: the exit code is then 2)."""
+Each part "works", is "slow" (works, but could be faster), "missing" (optional) or "fails" (a video needs it; the exit code is 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)

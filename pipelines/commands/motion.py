@@ -11,16 +11,13 @@ import numpy as np
 
 from a2v.animation import RIGS
 from a2v.errors import InputError
-from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import brief, write_npz
-from a2v.kinematics import bone_lengths
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import (
     interpolate,
     matching_actions,
-    on_skeleton,
     outpaint,
     sample_each,
 )
@@ -32,7 +29,9 @@ from a2v.motion.timeline import Take
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
+from pipelines.filmed_folder import follow_folder
 from pipelines.inputs import RunOptions, check_writable
+from pipelines.motion_bones import bone_scale, first_frames, own_bones
 from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
@@ -47,7 +46,7 @@ from pipelines.requests.motion import (
 )
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
-HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
+HELP = "Generate motions of one or several actions and write them as .npz, .bvh, or pictures and videos of stick figures."
 EXAMPLES = """examples:
   a2v motion --action Walk --out walk.npz
   a2v motion --action Walk,Jump --seconds 8 --out walk-jump.bvh        a transition
@@ -63,6 +62,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --start-pose "a.npz#30" --end-pose b.bvh --seconds 3 --out b2.bvh   also --keyframes FILE, --hold
   a2v motion --from-video clip.mp4 --out me.bvh                         the person in a video; --seconds 10, --follow.start 4
+  a2v motion --from-video clips --out my_actions        clips/ACTION/*.mp4 to my_actions/ACTION/*.bvh for a2v train flow --dataset bvh
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
   a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser
@@ -80,24 +80,28 @@ class Options:
 
     plan: PlanOptions = group(PlanOptions)
     way: WayOptions = group(WayOptions)
-    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}", default="")
-    count: int = option("clips", default=1)
+    out: str = option(f"file to write: {', '.join(suffixes_of(FORMATS))}", default="")
+    count: int = option("number of clips", default=1)
     bone_scale: float | str = option(
-        "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)",
+        "factor for all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, or a joint)",
         default=1.0,
         metavar="FACTOR",
     )
     bones: str | None = option(
-        "motion file (.bvh, .npz) whose bone lengths are taken", default=None, metavar="FILE"
+        "motion file (.bvh, .npz); use its bone lengths", default=None, metavar="FILE"
     )
     start: str | None = option(
-        "motion file (.bvh, .npz) whose poses begin every clip", default=None, metavar="FILE"
+        "motion file (.bvh, .npz); its poses begin every clip", default=None, metavar="FILE"
     )
-    start_frames: int | None = option("how many of its first poses; all by default", default=None)
-    interpolate: int = option("rows between the motions of --seed and --to-seed", default=0)
-    to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
+    start_frames: int | None = option(
+        "number of poses taken from --start (default: all)", default=None
+    )
+    interpolate: int = option(
+        "number of rows to interpolate between the motions of --seed and --to-seed", default=0
+    )
+    to_seed: int | None = option("seed of the last row (default: --seed + 1)", default=None)
     rig: str | None = option(
-        f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}",
+        f"write a .bvh of an adult of average build with the bones of another tool: {', '.join(RIGS)}",
         default=None,
         choices=RIGS,
         metavar="RIG",
@@ -105,10 +109,10 @@ class Options:
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     edits: EditOptions = group(EditOptions)
     paging: PageOptions = group(PageOptions)
-    filmed: FilmedOptions = group(FilmedOptions, "out of a video")
-    running: RunOptions = group(RunOptions, "how a video is followed")
+    filmed: FilmedOptions = group(FilmedOptions, "motion from a video")
+    running: RunOptions = group(RunOptions, "execution of --from-video")
     native: bool = flag(
-        ".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin"
+        "write an .npz of joints in the axes, unit and frame rate of the model's data set, with the first root at the origin"
     )
 
     def frames_written(self, plan: MotionPlan) -> int:
@@ -156,30 +160,20 @@ def run(options: Options) -> Answer:
         )
     if not options.out or options.paging.character is not None:
         raise InputError(
-            "name the file to write with --out, or a --page (--character is of a page)"
+            "no output given; name a file with --out, or a page with --page (--character requires --page)"
         )
     path = Path(options.out)
+    if options.filmed.from_video is not None and Path(options.filmed.from_video).is_dir():
+        return _folder(options, path)
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
-        raise InputError(f"cannot write {path}; --native joints go into an .npz")
+        raise InputError(f"cannot write {path}; --native writes an .npz")
     if options.count > MAX_CLIPS:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
     check_speed(options.edits.speed)
     if options.filmed.from_video is not None:
-        others = [
-            item.name
-            for item in fields(options)
-            if item.name not in FILMED and getattr(options, item.name) != item.default
-        ]
-        made = follow_video(
-            options.filmed,
-            options.plan,
-            options.edits.edit,
-            options.running,
-            [*others, *_given(options.way)],
-        )
-        return _written(made, path, rigged, options.edits.edit)
+        return _written(_filmed(options, options.filmed), path, rigged, options.edits.edit)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:
@@ -192,6 +186,34 @@ def run(options: Options) -> Answer:
         write_npz(path, content)
         return Answer(files=[path])
     return _written(Made(generate(asked, options)), path, rigged, options.edits.edit)
+
+
+def _filmed(options: Options, filmed: FilmedOptions) -> Made:
+    """The motion of a video."""
+    others = [
+        item.name
+        for item in fields(options)
+        if item.name not in FILMED and getattr(options, item.name) != item.default
+    ]
+    return follow_video(
+        filmed,
+        options.plan,
+        options.edits.edit,
+        options.running,
+        [*others, *_given(options.way)],
+    )
+
+
+def _folder(options: Options, out: Path) -> Answer:
+    """The motions of a folder of videos."""
+    rigged = _rigged(options, out.with_suffix(".bvh"))
+    return follow_folder(
+        options.filmed,
+        out,
+        lambda filmed: _filmed(options, filmed),
+        lambda made, path: _written(made, path, rigged, options.edits.edit),
+        rigged=rigged is not None,
+    )
 
 
 def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> Answer:
@@ -216,7 +238,7 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
     """The rig that is asked for."""
     if options.rig is None:
         if options.root_motion:
-            raise InputError("--root-motion is of a rig; name one with --rig")
+            raise InputError("--root-motion requires a rig; name one with --rig")
         return None
     if path.suffix.lower() != ".bvh" or options.native:
         raise InputError(
@@ -285,7 +307,7 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
             raise InputError(
                 f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out"
             )
-        lengths = own_bones(model, options)
+        lengths = own_bones(model, options.bones, options.bone_scale)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
         direction = read_direction(
             model, asked.steps, options.way, fps=options.rate(model), count=options.count
@@ -327,7 +349,7 @@ def _application(model: MotionModel, steps: Sequence[Step], options: Options, wh
             model, start, names, frames=frames, count=options.count, seed=options.plan.seed
         )
     if len(names) > 1:
-        raise InputError("interpolate goes between two motions of one action; give one --action")
+        raise InputError("--interpolate blends two motions of one action; give one --action")
     last = options.plan.seed + 1 if options.to_seed is None else options.to_seed
     return interpolate(
         model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames
@@ -336,66 +358,6 @@ def _application(model: MotionModel, steps: Sequence[Step], options: Options, wh
 
 def _given(way: WayOptions) -> list[str]:
     return [item.name for item in fields(way) if getattr(way, item.name) is not None]
-
-
-def bone_scale(text: float | str) -> float | dict[str, float]:
-    """The option --bone-scale: a number, or names with numbers.
-
-    Raises
-    ------
-    InputError
-        It is neither.
-    """
-    try:
-        if not isinstance(text, str) or "=" not in text:
-            return float(text)
-        return {
-            name.strip(): float(value)
-            for name, value in (part.split("=") for part in text.split(","))
-        }
-    except ValueError:
-        raise InputError(
-            f"bone_scale is '{text}'; expected a number, or names with numbers such as legs=1.3,arms=0.8"
-        ) from None
-
-
-def own_bones(model: MotionModel, options: Options) -> np.ndarray | None:
-    """Bone lengths (J,) in native units of the person in --bones, times --bone-scale; None without
-    that option."""
-    if options.bones is None:
-        return None
-    unit = model.card.meters_per_unit
-    person = first_frames(options.bones, None)
-    lengths = bone_lengths(
-        on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton
-    )
-    scale: np.ndarray = (
-        np.median(lengths, axis=0)
-        / unit
-        * (
-            model.scaled_bones(bone_scale(options.bone_scale))
-            / np.maximum(model.bone_lengths, 1e-9)
-        )
-    )
-    return scale.astype(np.float32)
-
-
-def first_frames(path: str, frames: int | None) -> Motion:
-    """The first `frames` poses of a motion file's (first) clip; all of them for None.
-
-    Raises
-    ------
-    InputError
-        The file is unreadable, or has not so many frames.
-    """
-    motion = read_motion(path)
-    if motion.batch:
-        motion = motion[(0,) * len(motion.batch)]
-    if frames is None:
-        return motion
-    if not 1 <= frames <= motion.frames:
-        raise InputError(f"start_frames is {frames}; {path} has {motion.frames} frames")
-    return motion.first(frames)
 
 
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:
@@ -407,7 +369,7 @@ def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     frames = options.length(model)
     plain = len(names) == 1 and not options.start and not options.interpolate
     if plain:
-        own = own_bones(model, options)
+        own = own_bones(model, options.bones, options.bone_scale)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if own is None else own
         joints = model.sample_native(
             names[0], frames=frames, count=options.count, seed=options.plan.seed, lengths=lengths

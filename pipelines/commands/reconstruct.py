@@ -16,7 +16,7 @@ from pipelines.options import group, option
 from pipelines.outputs import write_blob
 from pipelines.requests.person import PersonRequest
 
-HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing in the body's rest pose."
+HELP = "Reconstruct the person in a photo as a textured, rigged 3D character in the rest pose of the body."
 EXAMPLES = """examples:
   a2v reconstruct --photo me.jpg --out me.glb
   a2v reconstruct --photo me.png --mask mask.png --keypoints openpose.json --out me.glb
@@ -30,12 +30,15 @@ class Options:
     """What the command takes."""
 
     person: PersonRequest = group(PersonRequest, "the person")
-    out: str = option("the .glb to write")
+    out: str = option(".glb file to write")
     start: str | None = option(
-        "compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE"
+        "compute NODE and everything after it again",
+        default=None,
+        names=("--from",),
+        metavar="NODE",
     )
-    engines: EngineOptions = group(EngineOptions, "files for other tools")
-    running: RunOptions = group(RunOptions, "how it runs")
+    engines: EngineOptions = group(EngineOptions, "exported files")
+    running: RunOptions = group(RunOptions, "execution")
 
 
 def run(options: Options) -> Answer:

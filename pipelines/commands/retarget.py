@@ -29,16 +29,16 @@ from pipelines.requests.motion import (
     read_plan,
 )
 
-HELP = "Give a character of your own actions: its file with further animations."
+HELP = "Add actions to your own character: write its file with further animations."
 EXAMPLES = """examples:
   a2v retarget --character theirs.glb --actions Walk,Jump --out moving.glb
   a2v retarget --character theirs.vrm --action "sneak for 3 s, then wave" --out moving.vrm
   a2v retarget --character theirs.glb --motions dance.bvh --in-place --out moving.glb
   a2v retarget --character theirs.fbx --actions Walk,Run --out clips.fbx
 
-The character stands upright in its file and has bones by names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped, Anny and the like; a .vrm says
-itself which bone is which. Meshes, pictures, expressions and animations stay as they are; fingers and face keep the pose of the file.
-An .fbx is written with its bones, skin and clips but without pictures: import its animations onto the character that the engine already has."""
+The character must stand upright in its file. Its bones need names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped or Anny, or a .vrm's own list of
+bones. Meshes, pictures, expressions and animations are not changed; fingers and face keep the pose of the file.
+An .fbx keeps PNG and JPEG pictures of color, normals and emission, embedded or in its folder; other properties of its materials are lost."""
 
 SUFFIXES = (".glb", ".vrm", ".fbx")
 """What is read and written."""
@@ -48,18 +48,19 @@ SUFFIXES = (".glb", ".vrm", ".fbx")
 class Options:
     """What the command takes."""
 
-    character: str = option("the file: .glb, .vrm or .fbx, with a skin", metavar="FILE")
-    out: str = option("the file to write, of the same kind")
+    character: str = option("your character: a skinned .glb, .vrm or .fbx", metavar="FILE")
+    out: str = option("file to write, with the same suffix as --character")
     action: str = option(ACTION, default="")
     actions: str = option(
-        "several of the model, with commas; each becomes an animation", default=""
+        "actions of the model, separated by commas; each becomes an animation", default=""
     )
     motions: str = option(
-        f"files with commas ({readable_motions(', ')}); each becomes an animation", default=""
+        f"motion files, separated by commas ({readable_motions(', ')}); each becomes an animation",
+        default="",
     )
     lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
-    raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
+    raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
     retarget: RetargetSettings = settings(
         RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "life")
     )
@@ -70,9 +71,11 @@ def run(options: Options) -> Answer:
     source, target = Path(options.character), Path(options.out)
     for path in (source, target):
         if path.suffix.lower() not in SUFFIXES:
-            raise InputError(f"{path} is of another kind than {', '.join(SUFFIXES)}")
+            raise InputError(
+                f"cannot use {path}; expected a name that ends in {', '.join(SUFFIXES)}"
+            )
     if source.suffix.lower() != target.suffix.lower():
-        raise InputError(f"cannot write {target}; expected the same kind as {source}")
+        raise InputError(f"cannot write {target}; expected the suffix of {source}")
     wanted = _wanted(options)
     check_writable(target.parent)
     with tempfile.TemporaryDirectory() as folder:
@@ -84,8 +87,11 @@ def _retarget(
 ) -> Answer:
     """Read, make and write; an FBX goes through a GLB in `folder`."""
     is_fbx = source.suffix.lower() == ".fbx"
-    if is_fbx:
-        fbx_to_glb(source, folder / "in.glb")
+    notes = []
+    if is_fbx and (lost := fbx_to_glb(source, folder / "in.glb")):
+        notes.append(
+            f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside {source.name} or beside it"
+        )
     person = read_person(folder / "in.glb" if is_fbx else source)
     edit, carried = (
         options.edits.edit,
@@ -102,7 +108,9 @@ def _retarget(
     write_person(folder / "out.glb" if is_fbx else target, person, clips)
     if is_fbx:
         glb_to_fbx(folder / "out.glb", target, fps=max(fps for _, fps in clips.values()))
-    return Answer(files=[target], facts={"clips": list(clips), "bones": len(person.nodes)})
+    return Answer(
+        files=[target], facts={"clips": list(clips), "bones": len(person.nodes)}, notes=notes
+    )
 
 
 def _made(options: Options, action: str, edit: Edit) -> Motion:
@@ -139,10 +147,10 @@ def _wanted(options: Options) -> dict[str, str | None]:
     names = [name for name, _ in asked]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(
-            f"'{min(twice)}' is asked for twice; animations of one file need names of their own"
+            f"'{min(twice)}' is given twice; every animation of a file needs a different name"
         )
     if not asked:
         raise InputError(
-            "no motion asked for; name one with --action, several with --actions (a2v actions lists them) or files with --motions"
+            "no motion given; name one with --action, several with --actions (a2v actions lists them), or files with --motions"
         )
     return dict(asked)

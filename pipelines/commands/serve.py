@@ -22,7 +22,7 @@ from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, option
 from pipelines.requests.video import VideoRequest
 
-HELP = "Open a web page on this machine: drop a photo, say what to do, watch it being made, turn the character, download the files."
+HELP = "Serve a web page on this machine: drop a photo, name an action, watch the progress, turn the character, download the files."
 EXAMPLES = """examples:
   a2v serve                                     prints the address; open it in a browser of this machine
   a2v serve --browser                           opens it
@@ -42,14 +42,14 @@ class Options:
     """What the command takes."""
 
     folder: str | None = option(
-        "where photos, videos and the queue are kept (default: ~/.local/share/a2v/page)",
+        "folder of photos, videos and the queue (default: ~/.local/share/a2v/page)",
         default=None,
     )
-    port: int = option("of 127.0.0.1; 0 for any that is free", default=PORT)
+    port: int = option("port on 127.0.0.1; 0 for any free port", default=PORT)
     browser: bool = flag("open the page in the browser")
-    workers: int | None = option("processes; one a core by default", default=None)
+    workers: int | None = option("number of processes (default: one per core)", default=None)
     cache: str | None = option(
-        "folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)",
+        "folder of cached results (default: $A2V_CACHE, else ~/.cache/a2v)",
         default=None,
         metavar="FOLDER",
     )

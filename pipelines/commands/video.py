@@ -25,7 +25,7 @@ from pipelines.requests.person import PersonRequest
 from pipelines.requests.video import Resolved, VideoRequest
 from pipelines.rigs import RigOptions
 
-HELP = "Make a video of the person in a photo doing an action, seen from several sides, with a rigged character and its motion."
+HELP = "Make a video of the person in a photo doing an action, seen from several sides, and write the rigged character and its motion."
 EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
   a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
@@ -44,25 +44,28 @@ class Options:
     """What the command takes."""
 
     person: PersonRequest = group(PersonRequest, "the person")
-    out: str = option("folder for the results")
+    out: str = option("folder to write to")
     motion: MotionRequest = group(MotionRequest, "the motion")
-    film: FilmRequest = group(FilmRequest, "how it is filmed")
+    film: FilmRequest = group(FilmRequest, "the film")
     animation: str | None = option(
-        "video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True
+        "also write video.gif or video.webp", default=None, choices=("gif", "webp"), rare=True
     )
     max_mb: float = option(
-        "most that it may have, MB: it gets smaller and slower as needed",
+        "maximum size of that file, MB; its pictures and frame rate are reduced to fit",
         default=8.0,
         metavar="MB",
         rare=True,
     )
-    sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
+    sheet: bool = flag("also write sheet.png: twelve frames in one picture", rare=True)
     start: str | None = option(
-        "compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE"
+        "compute NODE and everything after it again",
+        default=None,
+        names=("--from",),
+        metavar="NODE",
     )
-    only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
-    rigging: RigOptions = group(RigOptions, "files for other tools")
-    running: RunOptions = group(RunOptions, "how it runs")
+    only: str | None = option("stop after NODE and write its result", default=None, metavar="NODE")
+    rigging: RigOptions = group(RigOptions, "exported files")
+    running: RunOptions = group(RunOptions, "execution")
 
     @property
     def request(self) -> VideoRequest:
@@ -84,9 +87,9 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
         graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node"
     )
     if options.only and (options.animation or options.sheet):
-        raise InputError("--only writes one stage's result; leave --animation and --sheet out")
+        raise InputError("--only writes the result of one node; leave --animation and --sheet out")
     if not options.max_mb > 0:
-        raise InputError(f"max-mb is {options.max_mb}; expected megabytes above 0")
+        raise InputError(f"max-mb is {options.max_mb}; expected more than 0")
     out = check_writable(options.out)
     for line in resolved.understood:
         tell(line)
@@ -100,7 +103,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     rigged = not options.rigging.plain
     if rigged and options.only:
         raise InputError(
-            "--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out"
+            "--only writes the result of one node on the body's own rig; leave --rig and --root-motion out"
         )
     exports = ["engine_character", "poses", "props"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
@@ -127,7 +130,11 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     written += write_node(outcome, "frame", out, views) if transparent else []
     written += (
         write_shared(
-            out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet
+            out,
+            animation=options.animation,
+            megabytes=options.max_mb,
+            sheet=options.sheet,
+            caption=_caption(outcome),
         )
         if not options.only
         else []
@@ -135,13 +142,22 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     report = _write_report(options, resolved, outcome, written)
     options.running.tell_times(outcome)
     if not written:
-        raise InputError(f"{options.only} gave nothing to write")
+        raise InputError(f"the node {options.only} has no result to write")
     return Answer(
         files=[*written, report],
         text=str(written[0]),
         notes=outcome.notes,
         facts={"seconds": round(outcome.seconds, 3), "understood": list(resolved.understood)},
     )
+
+
+def _caption(outcome: Outcome) -> list[str]:
+    """Lines about the fit to the photo for the sheet below the frames; none where no photo was
+    fitted."""
+    from a2v.body import summary
+
+    names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
+    return summary(outcome.nodes[names[0]].measures) if names else []
 
 
 def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,17 +40,20 @@ if TYPE_CHECKING:
 FLAT = ("warp", "liquid", "mirror")
 METHODS = (*NAMES, *FLAT)
 
-HELP = "Make the same video by several methods, side by side on one page: the papers' qualitative figures for any photo and motion."
+HELP = (
+    "Make the same video by several methods, side by side on one page: the papers' "
+    "qualitative figures for any photo and motion."
+)
 EXAMPLES = """examples:
   a2v compare --photo me.jpg --action Walk --methods pifu,body-prior,warp,mirror --out sheet.html
   a2v compare --photo me.jpg --motion dance.bvh --methods papers,pifu --pifuhd pifuhd.pt --pifu-geometry net_G --pifu-color net_C --out sheet.html
   a2v compare --photo me.jpg --action Jump --methods pifu,warp --size 256 --survey survey.html --out sheet.html
   a2v compare --photo me.jpg --action Walk --methods pifu,liquid --liquid-generator net_epoch_30_id_G.pth --liquid-uv mapper.txt --fit.model SMPL.npz --out sheet.html
 
-Methods are the backends of a2v reconstruct, and three that show what these bring: warp moves the photo's pixels with the posed body, in two
-dimensions; liquid is Liquid Warping GAN with your own files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the
-backend's surface the photo's colors in front and, mirrored, behind.
---survey writes a page that asks people to rank the videos; a2v survey --analyze reads the answers."""
+Methods are the backends of a2v reconstruct, and three simpler ones for comparison: warp moves the photo's pixels with the posed body, in two dimensions; liquid is Liquid Warping GAN with your own
+files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the backend's
+surface the photo's colors in front and, mirrored, behind. --survey writes a page that asks people
+to rank the videos; a2v survey --analyze reads the answers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +65,12 @@ class Options:
     methods: str = option(
         f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror"
     )
-    shown: int = option("frames of each view as pictures", default=5)
+    shown: int = option("number of frames of each view that are shown as pictures", default=5)
     liquid_generator: str | None = option(
         "Liquid Warping GAN's generator, for the method liquid", default=None, metavar="FILE"
     )
     liquid_uv: str | None = option(
-        "OBJ with the texture coordinates of SMPL's mesh (its mapper.txt), likewise",
+        "OBJ with the texture coordinates of SMPL's mesh (its mapper.txt), for the method liquid",
         default=None,
         metavar="FILE",
     )
@@ -91,10 +95,13 @@ def run(options: Options) -> Answer:
         check_writable(Path(path).parent)
     if "liquid" in methods and not (options.liquid_generator and options.liquid_uv):
         raise InputError(
-            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own"
+            "the method liquid needs --liquid-generator FILE, --liquid-uv FILE and "
+            "--fit.model with SMPL's file, all your own"
         )
     films, fps, action = {}, 0.0, ""
-    for method in methods:
+    for number, method in enumerate(methods, 1):
+        if not options.running.quiet:
+            print(f"method {number} of {len(methods)}: {method}", file=sys.stderr, flush=True)
         films[method], poses = _films(options, method)
         fps, action = poses.fps, poses.action
     photo = Path(options.person.photo).name
@@ -116,7 +123,7 @@ def run(options: Options) -> Answer:
 
 
 def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], Poses]:
-    """A method's frames by view, and the poses that they show."""
+    """Return a method's frames by view, and the poses that they show."""
     person = (
         options.person if method in FLAT else dataclasses.replace(options.person, backend=method)
     )
@@ -142,8 +149,8 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
 
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
-    """The backend's surface in the photo's colors, mirrored behind, instead of the pipeline's
-    colors."""
+    """Return the backend's surface with the photo's colors, mirrored on the back, as a
+    replacement."""
     from a2v.reconstruction.colorings import color_mirrored
 
     outcome = options.running.run(
@@ -159,7 +166,7 @@ def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str,
 def _warped(
     options: Options, method: str, outcome: Outcome, render: RenderSettings
 ) -> Sequence[list[ByteArray]]:
-    """The frames of every view by `a2v.lab.evaluation.warp.Warp`, or Liquid Warping GAN."""
+    """Return the frames of every view by `a2v.lab.evaluation.warp.Warp`, or Liquid Warping GAN."""
     from a2v.animation import deform
     from a2v.animation.bind import skin_of
     from a2v.body import flattened
@@ -185,7 +192,7 @@ def _warped(
 def _liquid(
     options: Options, subject: Subject, body: Body, camera: OrthographicCamera
 ) -> LiquidWarp:
-    """Liquid Warping GAN with the user's files."""
+    """Return Liquid Warping GAN with the user's files."""
     from a2v.lab.evaluation.liquid import Generator
     from a2v.lab.evaluation.liquid_warp import LiquidWarp, read_face_texture
 

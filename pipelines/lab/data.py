@@ -28,14 +28,18 @@ class Options(DataOptions):
 
 
 def run(options: Options) -> Answer:
-    """Load every clip (which checks it) and sum up."""
+    """Load and check every clip, and summarize."""
     found = options.open()
     lengths = np.array([len(joints) for joints in found.joints])
     counts = {action: lengths[found.labels == label] for label, action in enumerate(found.actions)}
     lines = [
-        f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects",
+        (
+            f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} "
+            f"fps, {len(set(found.subjects))} subjects"
+        ),
         f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints",
-        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than "
+        f"frames a clip: {lengths.min()} to {lengths.max()}, median "
+        f"{np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than "
         f"{found.length} (they hold their last pose)",
         *(
             []
@@ -50,9 +54,19 @@ def run(options: Options) -> Answer:
         ),
     ]
     facts = {
-        "dataset": found.name, "clips": len(found), "frames": int(lengths.sum()), "fps": float(found.fps), "digest": found.digest,
-        "subjects": sorted(set(found.subjects)), "skeleton": found.skeleton.name, "joints": len(found.skeleton.parents),
-        "trajectory": found.trajectory, "remarks": list(found.notes),
-        "actions": {action: {"clips": len(clips), "frames": int(clips.sum())} for action, clips in counts.items()},
-    }  # fmt: skip
+        "dataset": found.name,
+        "clips": len(found),
+        "frames": int(lengths.sum()),
+        "fps": float(found.fps),
+        "digest": found.digest,
+        "subjects": sorted(set(found.subjects)),
+        "skeleton": found.skeleton.name,
+        "joints": len(found.skeleton.parents),
+        "trajectory": found.trajectory,
+        "remarks": list(found.notes),
+        "actions": {
+            action: {"clips": len(clips), "frames": int(clips.sum())}
+            for action, clips in counts.items()
+        },
+    }
     return Answer(text="\n".join(lines), facts=facts)

@@ -1,4 +1,4 @@
-"""The motion data sets that commands train on and measure with."""
+"""Options of the motion data sets for training and evaluation."""
 
 from __future__ import annotations
 
@@ -10,17 +10,21 @@ from a2v.lab.datasets.bvh_folder import BVHFolderSettings
 from pipelines.bar import bar
 from pipelines.options import option, settings
 
-NAMES = f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder of BVH files an action)"
+NAMES = (
+    f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder "
+    "of BVH files an action)"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class DataOptions:
-    """A data set and where it is."""
+    """A data set and its place."""
 
     dataset: str = option(NAMES, choices=DATASETS, metavar="NAME")
     data: str = option("folder or archive that holds it")
     full: str | None = option(
-        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data then holds the index (cmu_mocap.zip)",
+        "with cmu: a folder of CMU's whole data base, AMC and ASF or BVH; --data "
+        "then holds the index (cmu_mocap.zip)",
         default=None,
         metavar="FOLDER",
         rare=True,
@@ -41,7 +45,7 @@ def open_dataset(
     Raises
     ------
     InputError
-        It cannot be used, or has no settings of its own and was given some.
+        It cannot be used, or `full` was given for another data set than CMU.
     """
     if full is not None:
         if name != "cmu":
@@ -56,12 +60,12 @@ def open_dataset(
 
 
 def hold_out(dataset: ActionDataset, wanted: str) -> tuple[ActionDataset, ActionDataset | None]:
-    """(training, held-out) part of a data set by the option --held-out.
+    """Split a data set into (training, held-out) parts by the option --held-out.
 
     Parameters
     ----------
     wanted : "none", "auto", or names of subjects separated by commas
-        "auto" takes subjects with about a fifth of the clips (always the same ones), or, where
+        "auto" takes subjects with about a fifth of the clips (always the same ones), or, if
         subjects are unknown, a fifth of the clips of each action.
 
     Raises

@@ -1,34 +1,28 @@
-"""``a2v evaluate``: measure motion models as the papers do."""
+"""``a2v evaluate``: measure motion models under the papers' protocol."""
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.protocol import (
-    REAL,
     REAL_ALIKE,
-    ActionRows,
     EvaluationSettings,
-    Generate,
-    Scores,
-    action_table,
     evaluate,
-    evaluate_actions,
-    markdown_table,
-    physics_table,
-    recorded,
-    report,
-    scores_as_dict,
-    scores_from_dict,
 )
 from a2v.lab.evaluation.published import published_action_table, published_table
+from a2v.lab.evaluation.scores import (
+    action_table,
+    markdown_table,
+    physics_table,
+    scores_as_dict,
+)
+from a2v.lab.evaluation.sources import recorded
 from a2v.lab.evaluation.standing import FPS, SECONDS, StandingScore, score_standing, standing_table
 from a2v.lab.evaluation.training import FILE, ClassifierSettings
 from a2v.lab.evaluation.vocabulary import score_actions, vocabulary_table
@@ -41,11 +35,15 @@ from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.lab.dataset_options import DataOptions, hold_out
 from pipelines.lab.evaluated import MODELS, Evaluated, open_models
+from pipelines.lab.evaluation_rows import Table, actions_content
 from pipelines.lab.tables import table_path, table_result, write_numbers, write_table
 from pipelines.lab.train_classifier import run_classifier
 from pipelines.options import group, option, settings
 
-HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversity and multimodality beside real motions."
+HELP = (
+    "Measure motion models under the papers' protocol: FID, accuracy, diversity and "
+    "multimodality beside real motions."
+)
 EXAMPLES = """examples:
   a2v evaluate --dataset humanact12 --data ../shared/data --model humanact12 --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
@@ -57,13 +55,15 @@ EXAMPLES = """examples:
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
 
-Every table comes twice: actions as frequent as in the data, and drawn alike, as the papers' figures were made (--alike false: only the first). Rows of
-the one don't compare with rows of the other. Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
-deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
-Rows that --out already has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model is added at its own cost.
---evaluator is the trained action classifier; by default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is
-trained first (with the settings --classifier) if it is not there.
---held-out adds a table against the clips of these people alone (auto: those that `a2v train --held-out auto` leaves out)."""
+Each table is made twice: with actions as frequent as in the data, and with actions drawn
+uniformly, which is the protocol of the papers' figures (--alike false: only the first). Do not
+compare rows of the two. Writes the tables as Markdown and, beside them, every repeat's values
+with protocol, seeds and data hashes as JSON. With --state zeros the classifier is deterministic.
+Rows that --out already has of the same models, data, classifier and protocol are kept, so a
+killed run can resume and models can be added. --evaluator is the trained action classifier; by
+default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is trained
+first (with the settings --classifier) if it does not exist. --held-out adds a table against the
+clips of these people alone (auto: those that `a2v train --held-out auto` leaves out)."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
@@ -83,22 +83,25 @@ class Options(DataOptions):
         "file of a trained action classifier", default=None, metavar="FILE"
     )
     actions: str = option(
-        "actions to measure each by itself too, with commas (500 clips)", default=""
+        "further tables of single actions: names with commas (500 clips)", default=""
     )
     each_action: int = option(
-        "clips of every action for a table of how each is recognized and how much it repeats its clips",
+        "clips of every action for a table of how each is recognized and how much it "
+        "repeats its clips",
         default=0,
     )
     stand: int = option(
-        "clips of every action, as a2v motion makes them, for a table of how feet stand, how lively clips are and how seeds differ",
+        "clips of every action, as a2v motion makes them, for a table of how feet "
+        "stand, how lively clips are and how seeds differ",
         default=0,
     )
     held_out: str = option(
-        "subjects to compare with alone too: names with commas, or auto", default="none"
+        "a further table against these subjects alone: names with commas, or auto", default="none"
     )
     out: str = option("the .md to write; the .json lies beside it")
     alike: bool = option(
-        "a second table with actions drawn alike, as the papers' figures were made; its numbers go to .alike.json",
+        "a second table with actions drawn alike, as the papers' figures were made; "
+        "its numbers go to .alike.json",
         default=True,
     )
     protocol: EvaluationSettings = group(EvaluationSettings)
@@ -106,13 +109,13 @@ class Options(DataOptions):
 
 
 def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
-    """The classifier: the given file, or the authors' one under the data folder, or our own beside
-    the tables.
+    """Return the classifier: the given file, else the authors' under the data folder, else our own
+    beside the tables.
 
     Raises
     ------
     InputError
-        The given one is missing or knows other actions.
+        The given one is missing or was trained for other actions.
     """
     name = EVALUATORS.get(options.dataset)
     published = None if name is None else Path(options.data) / "evaluators" / name
@@ -143,7 +146,7 @@ def run(options: Options) -> Answer:
     training, unseen = hold_out(dataset, options.held_out)
     opened = open_models(options.model, dataset, options.data)
     evaluator = find_evaluator(options, dataset)
-    table = _Table(out, dataset, evaluator, protocol, opened)
+    table = Table(out, dataset, evaluator, protocol, opened)
     scores = table.measure()
     text = [
         f"# {dataset.name}",
@@ -152,13 +155,16 @@ def run(options: Options) -> Answer:
     ]
     if physics := physics_table(scores):
         text += [
-            f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} clips (real motions are not at zero either):",
+            (
+                f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} "
+                "clips (real motions are not at zero either):"
+            ),
             physics,
         ]
     content = table.content(scores)
     if options.alike and protocol.labels == "data":
         text += _alike(
-            _Table(
+            Table(
                 out.with_suffix(".alike.md"),
                 dataset,
                 evaluator,
@@ -166,67 +172,117 @@ def run(options: Options) -> Answer:
                 opened,
             )
         )
-    if options.actions:
-        alone = replace(protocol, clips=min(500, protocol.clips), physics_clips=0)
-        tables = table.measure_actions(
-            [name.strip() for name in options.actions.split(",")], alone, content
-        )
-        text += [
-            f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
-            action_table(tables),
-        ]
-        if published := published_action_table(dataset.name, tables):
-            text += ["As published (Table 4):", published]
-        content |= _actions_content(alone, tables)
-    if options.each_action:
-        measured = {}
-        for name, generate in table.models.items():
-            with bar(name, "action") as progress:
-                rows = score_actions(
-                    generate,
-                    dataset,
-                    evaluator,
-                    clips=options.each_action,
-                    seed=protocol.seed,
-                    progress=progress,
-                )
-            text += [
-                f"Every action of {name}, {options.each_action} clips each (zero classifier state):",
-                vocabulary_table(rows),
-            ]
-            measured[name] = [asdict(row) for row in rows]
-        content["vocabulary"] = {"clips": options.each_action, "scores": measured}
-    if options.stand:
-        rows_of = _standing(options, dataset)
-        for name, scored in rows_of.items():
-            text += [
-                f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:",
-                standing_table(scored),
-            ]
-        content["standing"] = {
-            "clips": options.stand,
-            "scores": {name: [asdict(row) for row in scored] for name, scored in rows_of.items()},
-        }
-    if unseen is not None:
-        with bar("held out", "set") as progress:
-            against = evaluate(
-                {"Training clips": recorded(training), **table.models},
-                unseen,
-                evaluator,
-                protocol,
-                progress=progress,
-            )
-        text += [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
-        content["held_out"] = {
-            "subjects": sorted(set(unseen.subjects)), "clips": len(unseen), "sha256": unseen.digest, "training_sha256": training.digest,
-            "scores": scores_as_dict(against),
-        }  # fmt: skip
+    parts = (
+        _single_actions(options, table, content),
+        _each_action(options, table),
+        _stands(options, dataset),
+        _against_unseen(training, unseen, evaluator, opened, protocol),
+    )
+    for part in parts:
+        text += part.text
+        content |= part.numbers
     return table_result(out, write_table(out, text, content), content)
 
 
+class _Part(NamedTuple):
+    """A section of the page, and its numbers."""
+
+    text: list[str]
+    numbers: Mapping[str, object]
+
+
+_NOTHING = _Part([], {})
+
+
+def _single_actions(options: Options, table: Table, content: Mapping[str, object]) -> _Part:
+    """Single actions, the journal paper's Table 4; `content` are the numbers of the page so far."""
+    if not options.actions:
+        return _NOTHING
+    alone = replace(options.protocol, clips=min(500, options.protocol.clips), physics_clips=0)
+    actions = [name.strip() for name in options.actions.split(",")]
+    tables = table.measure_actions(actions, alone, content)
+    text = [
+        (
+            f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is "
+            "this for CMU's Walk and Jump):"
+        ),
+        action_table(tables),
+    ]
+    if published := published_action_table(table.dataset.name, tables):
+        text += ["As published (Table 4):", published]
+    return _Part(text, actions_content(alone, tables))
+
+
+def _each_action(options: Options, table: Table) -> _Part:
+    """Measure how each action of each model is recognized, and how closely it repeats its training
+    clips."""
+    if not options.each_action:
+        return _NOTHING
+    text, measured = [], {}
+    for name, generate in table.models.items():
+        with bar(name, "action") as progress:
+            rows = score_actions(
+                generate,
+                table.dataset,
+                table.evaluator,
+                clips=options.each_action,
+                seed=options.protocol.seed,
+                progress=progress,
+            )
+        text += [
+            f"Every action of {name}, {options.each_action} clips each (zero classifier state):",
+            vocabulary_table(rows),
+        ]
+        measured[name] = [asdict(row) for row in rows]
+    return _Part(text, {"vocabulary": {"clips": options.each_action, "scores": measured}})
+
+
+def _stands(options: Options, dataset: ActionDataset) -> _Part:
+    """Measure how feet stand in the clips of each exported model."""
+    if not options.stand:
+        return _NOTHING
+    text, rows_of = [], _standing(options, dataset)
+    for name, scored in rows_of.items():
+        text += [
+            f"Every action of {name} as a2v motion makes it, {options.stand} seeds, five seconds:",
+            standing_table(scored),
+        ]
+    scores = {name: [asdict(row) for row in scored] for name, scored in rows_of.items()}
+    return _Part(text, {"standing": {"clips": options.stand, "scores": scores}})
+
+
+def _against_unseen(
+    training: ActionDataset,
+    unseen: ActionDataset | None,
+    evaluator: Evaluator,
+    opened: Mapping[str, Evaluated],
+    protocol: EvaluationSettings,
+) -> _Part:
+    """Make the table against the clips of the held-out people alone."""
+    if unseen is None:
+        return _NOTHING
+    models = {name: model.generate for name, model in opened.items()}
+    with bar("held out", "set") as progress:
+        against = evaluate(
+            {"Training clips": recorded(training), **models},
+            unseen,
+            evaluator,
+            protocol,
+            progress=progress,
+        )
+    numbers = {
+        "subjects": sorted(set(unseen.subjects)),
+        "clips": len(unseen),
+        "sha256": unseen.digest,
+        "training_sha256": training.digest,
+        "scores": scores_as_dict(against),
+    }
+    text = [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
+    return _Part(text, {"held_out": numbers})
+
+
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
-    """How the clips of the exported models of the data set's own actions stand, by the models'
-    names."""
+    """Measure the clips of exported models of the data set's own actions, by the models' names."""
     found = {}
     for name in options.model:
         if (
@@ -247,129 +303,19 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
     return found
 
 
-def _alike(table: _Table) -> list[str]:
-    """The table with actions drawn alike, with recordings that are drawn alike and the papers' own
-    figures."""
+def _alike(table: Table) -> list[str]:
+    """Make the table with actions drawn uniformly, with recordings drawn uniformly and the papers'
+    own figures."""
     scores = table.measure()
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)
     return [
-        f"Actions drawn alike, as the published evaluation draws them while it takes real clips as they are: '{REAL_ALIKE}' is what "
-        "recordings score here, no lower limit. Compare no row of this table with one of the table above.",
+        "Actions drawn uniformly, as in the published evaluation, which keeps the real "
+        f"clips' frequencies: '{REAL_ALIKE}' is the score of recordings here, not a lower "
+        "limit. Do not compare rows of this table with the table above.",
         markdown_table(scores),
         *(["As published, in this protocol:", published] if published else []),
     ]
-
-
-class _Table:
-    """The rows of a table. Those that its file has of the same models, data, classifier and
-    protocol are kept: a killed run goes on, and a model can be added.
-    """
-
-    def __init__(
-        self,
-        out: Path,
-        dataset: ActionDataset,
-        evaluator: Evaluator,
-        protocol: EvaluationSettings,
-        opened: Mapping[str, Evaluated],
-    ) -> None:
-        self.out, self.dataset, self._evaluator, self._protocol = out, dataset, evaluator, protocol
-        self._described = {
-            name: {"sha256": model.digest, "trained_on": model.trained_on or None}
-            for name, model in opened.items()
-        }
-        self.models: Mapping[str, Generate] = {
-            name: model.generate for name, model in opened.items()
-        }
-        self._known, self._known_actions = _known_rows(
-            out.with_suffix(".json"), self.content([]), self._described
-        )
-
-    def content(self, rows: Sequence[Scores]) -> dict[str, object]:
-        """The numbers of `rows`, and what they were measured with."""
-        names = {row.name for row in rows}
-        models = {name: about for name, about in self._described.items() if name in names}
-        return report(rows, self.dataset, self._evaluator, self._protocol) | {"models": models}
-
-    def measure(self) -> list[Scores]:
-        """The rows of all models; each is written when it is measured."""
-        measured = list(self._known.values())
-
-        def keep(row: Scores) -> None:
-            measured.append(row)
-            write_numbers(self.out, self.content(measured) | {"unfinished": True})
-
-        with bar("evaluate", "set") as progress:
-            return evaluate(
-                self.models,
-                self.dataset,
-                self._evaluator,
-                self._protocol,
-                known=self._known,
-                progress=progress,
-                on_row=keep,
-            )
-
-    def measure_actions(
-        self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
-    ) -> dict[str, list[Scores]]:
-        """The rows of single actions; each is written beside `content` when it is measured."""
-        single = {action: list(rows.values()) for action, rows in self._known_actions.items()}
-
-        def keep(action: str, row: Scores) -> None:
-            single.setdefault(action, []).append(row)
-            write_numbers(
-                self.out, {**content, **_actions_content(protocol, single), "unfinished": True}
-            )
-
-        with bar("actions", "set") as progress:
-            return evaluate_actions(
-                self.models,
-                self.dataset,
-                self._evaluator,
-                actions,
-                protocol,
-                rows=ActionRows(self._known_actions, keep),
-                progress=progress,
-            )
-
-
-def _actions_content(
-    protocol: EvaluationSettings, rows: Mapping[str, Sequence[Scores]]
-) -> dict[str, object]:
-    return {
-        "actions": {
-            "clips": protocol.clips,
-            "scores": {action: scores_as_dict(part) for action, part in rows.items()},
-        }
-    }
-
-
-def _known_rows(
-    path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
-) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
-    """Rows of an earlier table at `path` that measuring again would give again: by name, and those
-    of single actions by action and name."""
-    try:
-        old = json.loads(path.read_text(encoding="utf-8"))
-        if any(
-            old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")
-        ):
-            return {}, {}
-        kept = {
-            REAL,
-            REAL_ALIKE,
-            *(name for name, about in models.items() if old["models"].get(name) == about),
-        }
-
-        def rows(part: Mapping[str, Any]) -> dict[str, Scores]:
-            return scores_from_dict({name: row for name, row in part.items() if name in kept})
-
-        actions = old.get("actions", {}).get("scores", {})
-        return rows(old["scores"]), {action: rows(part) for action, part in actions.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}, {}  # none, or not such a table: it is measured anew and replaced
 
 
 def _describe_split(
@@ -378,13 +324,15 @@ def _describe_split(
     evaluator: Evaluator,
     models: Mapping[str, Evaluated],
 ) -> str:
-    """Who is compared with whom, and which models and classifiers have seen the held-out people."""
+    """Describe the split, and which models and classifiers were trained on the held-out people."""
     people = sorted(set(unseen.subjects))
     blind = [name for name, model in models.items() if model.trained_on == training.digest]
     seen = [name for name in models if name not in blind]
     lines = [
-        f"Against the {len(unseen)} clips of {', '.join(people)} alone ({len(training)} clips are of others). Actions and bone lengths of generated "
-        "clips are the held-out people's; 'Training clips' are recordings of the others with the same actions: what a perfect model could know."
+        f"Against the {len(unseen)} clips of {', '.join(people)} alone "
+        f"({len(training)} clips are of others). Actions and bone lengths of generated "
+        "clips are the held-out people's; 'Training clips' are recordings of the others "
+        "with the same actions: the score of a perfect model."
     ]
     if blind:
         lines.append(f"Trained without these people: {', '.join(blind)}.")

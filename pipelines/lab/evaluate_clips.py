@@ -1,4 +1,4 @@
-"""``a2v evaluate clips``: people who are followed through videos, beside the truth."""
+"""``a2v evaluate clips``: tracking one person through a video, beside the ground truth."""
 
 from __future__ import annotations
 
@@ -30,15 +30,19 @@ from pipelines.inputs import check_writable
 from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import flag, option, settings
 
-HELP = "Measure people who are followed through videos: studio films of people whom nothing has seen, in motions that nothing was trained on."
+HELP = (
+    "Measure how one person is tracked through a video: studio films of people and "
+    "motions that are not in any training."
+)
 EXAMPLES = """examples:
   a2v evaluate clips --data ../shared/data --out clips.md
   a2v evaluate clips --data ../shared/data --films 6 --out clips.md               the first six films of the panel
   a2v evaluate clips --data ../shared/data --only 00-strike,03-jump --out clips.md
 
-Films of 640 x 480 pixels at 30 a second are rendered from recorded motions, with a camera that stands, turns or is held in a hand, and kept in a
-folder named like OUT. OUT gets tables by kind of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films above what
-was found."""
+Films of 640 x 480 pixels at 30 frames per second are rendered from recorded motions, with a
+camera that stands, turns or is hand-held, and kept in a folder named like OUT. OUT gets tables by
+kind of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films
+above the result."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +50,7 @@ class Options:
     """What the command takes."""
 
     data: str = option("folder with avatars/, cmu_bvh.zip and cmu_mocap.zip")
-    films: int = option("at most so many films of the panel, the first ones", default=len(SHOTS))
+    films: int = option("number of films of the panel, the first ones", default=len(SHOTS))
     only: str = option("films by their names, with commas; instead of --films", default="")
     out: str = option("the .md to write; .json and .jpg lie beside it")
     follow: FollowSettings = settings(FollowSettings)
@@ -59,7 +63,7 @@ class Options:
         Raises
         ------
         InputError
-            A name is none of the panel's.
+            A name is not in the panel.
         """
         if not self.only:
             return SHOTS[: max(1, self.films)]
@@ -84,8 +88,12 @@ def run(options: Options) -> Answer:
             progress(done, len(shots))
     text = [
         "# People followed through videos",
-        f"{len(shots)} films of `a2v evaluate clips` ({', '.join(shot.name for shot in shots)}); see docs/footage.md. Joints from the middle of the hips (shoulders, elbows, "
-        "wrists, knees, ankles), in the heading of the first frame, beside mediapipe's own world landmarks with its tracking and smoothing, turned by the true camera. "
+        f"{len(shots)} films of `a2v evaluate clips` "
+        f"({', '.join(shot.name for shot in shots)}); see docs/footage.md. Joints "
+        "from the middle of the hips (shoulders, elbows, "
+        "wrists, knees, ankles), in the heading of the first frame, beside "
+        "mediapipe's own world landmarks with its tracking and smoothing, turned by "
+        "the true camera. "
         "Slide: of feet while the truth's stand.",
         *film_tables(scores),
     ]

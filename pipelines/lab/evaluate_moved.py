@@ -34,18 +34,23 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 from pipelines.requests.person import PersonStages
 
-HELP = "Measure characters that are moved: made from ordinary photographs of people whom nothing has seen, put into a T-pose and into motion."
+HELP = (
+    "Measure characters in motion: made from ordinary photographs of people that are not "
+    "in any training, put into a T-pose and into motion."
+)
 EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --out moved.md
   a2v evaluate moved --data ../shared/data --photos 8 --out moved.md                   the first eight photos of the panel
   a2v evaluate moved --data ../shared/data --only 40001,40003 --out moved.md           these two
   a2v evaluate moved --data ../shared/data --panel final --out docs/results/moved.md   other people, when the work is done
 
-Each person stands (or walks, sits, squats) as people do in photographs, hands on the body and feet together. The character that the pipeline
-makes of the photo is put by its skin into the T-pose and into six frames of motion of the true person's skeleton, beside that person in the same
-poses: each joint turns as the truth's does, lengths of bones are the character's own. OUT gets a table, OUT's .json every photo's values, OUT's
-.jpg the pictures: photo, T-pose from three sides, frames; the truth below. Finished photos are kept in a folder named like OUT, so that a run
-that was stopped goes on; another way to make the character adds its rows to the same table."""
+Each person stands, walks, sits or squats as people do in photographs, with hands on the body and
+feet together. The pipeline makes a character from the photo. Its skin is put into the T-pose and
+into six frames of motion of the true person's skeleton, beside the true person in the same poses:
+each joint turns like the true one, and the lengths of bones are the character's. OUT gets a
+table, OUT's .json every photo's values, OUT's .jpg the pictures: photo, T-pose from three sides,
+frames, with the ground truth below. Finished photos are kept in a folder named like OUT, so a
+stopped run can resume. Another way to make the character adds its rows to the same table."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +59,7 @@ class Options:
 
     data: str = option("folder with avatars/, motions/ and MakeHuman's archive")
     panel: str = option("which photos", default="development", choices=tuple(MOVED_PANELS))
-    photos: int = option("at most so many of them, the first ones", default=20)
+    photos: int = option("number of photos, the first ones", default=20)
     only: str = option("photos by their numbers, with commas; instead of --photos", default="")
     label: str = option(
         "what the table calls this way to make characters; the character's own name by default",
@@ -78,7 +83,7 @@ class Options:
         Raises
         ------
         InputError
-            A number is none of the panel's.
+            A number is not in the panel.
         """
         pins = MOVED_PANELS[self.panel]
         if not self.only:
@@ -87,7 +92,8 @@ class Options:
         asked = [number.strip() for number in self.only.split(",")]
         if unknown := [number for number in asked if number not in known]:
             raise InputError(
-                f"photo '{unknown[0]}' is not in the panel {self.panel}; choose from {', '.join(known)}"
+                f"photo '{unknown[0]}' is not in the panel {self.panel}; choose from "
+                f"{', '.join(known)}"
             )
         return tuple(known[number] for number in asked)
 
@@ -108,8 +114,10 @@ def run(options: Options) -> Answer:
     everything = _known(folder, options, {pin.index for pin in options.pins})
     text = [
         "# Moved people",
-        f"{len(options.pins)} photos of the panel {options.panel}; see docs/reconstruction.md. T: in T-pose; motion: the mean of six frames. "
-        "Distances after rigid alignment; torn: area of triangles with an edge over 4 cm that is over three times as long as where the character "
+        f"{len(options.pins)} photos of the panel {options.panel}; see "
+        "docs/reconstruction.md. T: in T-pose; motion: the mean of six frames. "
+        "Distances after rigid alignment; torn: area of triangles with an edge over "
+        "4 cm that is over three times as long as where the character "
         "was made; pictures unlit, four sides. Mean ± 95 % interval.",
         moved_table(everything),
         "## Photos",

@@ -38,7 +38,10 @@ from pipelines.bar import bar
 from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 
-HELP = "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colors, time, memory."
+HELP = (
+    "Measure the reconstruction on synthetic photos of people that are not in any "
+    "training: shape, silhouette, colors, time, memory."
+)
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
@@ -46,14 +49,18 @@ EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel phone --methods character,character+180,character+90 --out two.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
-A method is a backend, or BACKEND:COLORING for an ablation: mirrored (all that was not seen has the photo's color at its pixel) or network
-(the backend's own colors alone), or character, the canonical one, and character+180 that of two photos, in the second of which the person has
-turned by 180 degrees and stands anew. The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
-try changes on), report (other people in action, for final figures) and final (40 new photos of people whom no training sees, half in action:
-to be measured once) and phone (14 by near cameras, as telephones are held). --studio is a folder that a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
-Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a row for the truth and one for each method
-(photo or mask; front, left, back, right; front, left, back as clay). Finished photos are kept in a folder named like OUT: a run that was
-stopped goes on, and another method takes its own time only."""
+A method is a backend; or BACKEND:COLORING for an ablation: mirrored (unseen points have the
+photo's color at their pixel) or network (the backend's own colors alone); or character, the
+canonical one; or character+180, that of two photos, in the second of which the person has turned
+by 180 degrees and stands in another pose. The photos of a --panel are pinned: studio (20 of the
+studio's own kind), development (people in action, to try changes on), report (other people in
+action, for final figures), final (40 new photos of people that are not in any training, half in
+action: to be measured once) and phone (14 by near cameras, like those of telephones). --studio is
+a folder of a2v studio (its poses and guides are used; it is made if it is new). Writes tables as
+Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a
+row for the ground truth and one for each method (photo or mask; front, left, back, right; front,
+left, back as clay). Finished photos are kept in a folder named like OUT, so a stopped run can
+resume."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +74,11 @@ class Options:
         default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
     )
     weights: str = option(
-        "folder of reconstruction weights of one's own (a2v train reconstruction) for pifu",
+        "folder of your own reconstruction weights (a2v train reconstruction) for pifu",
         default="",
     )
     sheet: int = option("photos on the picture sheet, 0 for none", default=8)
-    memory: bool = option("measure each method's memory, in a process of its own", default=True)
+    memory: bool = option("measure each method's memory, in a separate process", default=True)
     out: str = option("the .md to write; .json and .jpg lie beside it")
     protocol: BenchmarkSettings = group(BenchmarkSettings)
 
@@ -81,7 +88,7 @@ def run(options: Options) -> Answer:
     out, protocol = table_path(options.out), options.protocol
     methods = [Method.parse(name.strip(), options.weights) for name in options.methods.split(",")]
     for method in methods:
-        backend_digest(method.backend, method.weights)  # weights that are missing are told now
+        backend_digest(method.backend, method.weights)  # missing weights are reported now
     studio = open_studio(options.studio, options.data, protocol.panel)
     measured = Measured(out.with_suffix(""), studio, protocol)
     outcomes = _measure(measured, studio, protocol, methods)
@@ -100,8 +107,10 @@ def run(options: Options) -> Answer:
     text = [
         "# Reconstruction",
         f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
-        f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a side. Mean ± 95 % interval; see docs/reconstruction.md. "
-        "Seconds are wall time, all of it with perception and fit; memory is that of a fresh process, photo to colored surface.",
+        f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a "
+        "side. Mean ± 95 % interval; see docs/reconstruction.md. "
+        "Seconds are wall time, all of it with perception and fit; memory is that of "
+        "a fresh process, photo to colored surface.",
         method_table(outcomes, memory),
         "## The fit",
         fit_table(outcomes),
@@ -125,7 +134,7 @@ def run(options: Options) -> Answer:
 
 
 def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
-    """Another photo of a pin's person, who has turned by so many degrees."""
+    """Return another photo of a pin's person, turned by a number of degrees."""
     return open_case(studio, pin, measured.cases, turn=turn)
 
 

@@ -1,5 +1,4 @@
-"""What `a2v evaluate` measures: exported motion models, baselines, and recordings whose frames are
-lost."""
+"""Sources for `a2v evaluate`: exported motion models, baselines, and `first-frame`."""
 
 from __future__ import annotations
 
@@ -15,21 +14,24 @@ from a2v.lab.evaluation.baselines import (
     generator_of_baseline,
     open_baseline,
 )
-from a2v.lab.evaluation.protocol import Generate, generator_of, generator_of_families
+from a2v.lab.evaluation.sources import Generate, generator_of, generator_of_families
 from a2v.motion import MotionModel
 from pipelines.requests.motion import MODEL
 
-MODELS = f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first pose, then zeros)"
-"""What the option that names them says."""
+MODELS = (
+    f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first "
+    "pose, then zeros)"
+)
+"""Help of the option that names them."""
 
 FINER = {"cmu": "cmu-fine"}
-"""Data sets whose models of finer actions can be measured under the coarser names."""
+"""Data sets whose models of fine actions can be measured under the coarse names."""
 
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A model that is measured: how it is sampled, the SHA-256 of its file, and the digest of the
-    data that it learned from, if known."""
+    """A model to measure: its sampler, the SHA-256 of its file, and the digest of its training
+    data, if known."""
 
     generate: Generate
     digest: str
@@ -37,13 +39,13 @@ class Evaluated:
 
 
 def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
-    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of
-    finer actions.
+    """Open models, by their names in the tables. `data` holds the clips of `dataset`, for models of
+    fine actions.
 
     Raises
     ------
     InputError
-        One is missing or knows other joints or actions, unless they are finer ones of the same
+        One is missing or has other joints or actions, unless they are the fine ones of the same
         clips.
     """
     models: dict[str, Evaluated] = {}
@@ -55,7 +57,8 @@ def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict
             shown = f"{kind} ({path.parent.name}/{path.name})"
         if shown in models:
             raise InputError(
-                f"model '{name}' is given twice, or two models lie in folders of the same name; rename one"
+                f"model '{name}' is given twice, or two models lie in folders of the "
+                "same name; rename one"
             )
         models[shown] = model
     return models
@@ -77,7 +80,8 @@ def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[s
         model.actions != dataset.actions and not finer
     ) or model.card.joint_names != dataset.skeleton.joint_names:
         raise InputError(
-            f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}"
+            f"model '{name}' knows other actions or joints than {dataset.name}; "
+            f"evaluate it on {model.card.dataset}"
         )
     generate = generator_of(model, dataset.length)
     if finer:

@@ -16,7 +16,7 @@ from a2v.lab.evaluation.baselines import baseline_motions, open_baseline
 from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.motion import MotionModel
-from a2v.motion.model import plain_name
+from a2v.motion.names import plain_name
 from a2v.rendering.stickfigure import plot_rows, save_figure
 from a2v.types import Motion
 from pipelines.answer import Answer
@@ -25,8 +25,11 @@ from pipelines.options import group, option
 from pipelines.requests.motion import MODEL
 
 MAX_ROWS = 40
-"""Rows of clips that one picture has."""
-HELP = "Make the papers' user studies (preference ranking, real or fake) as one web page, or turn its answers into percentages."
+"""Maximum number of rows in one picture."""
+HELP = (
+    "Make the papers' user studies (preference ranking, real or fake) as one web page, "
+    "or turn its answers into percentages."
+)
 EXAMPLES = """examples:
   a2v survey --model humanact12 --dataset humanact12 --data ../shared/data --out survey.html
   a2v survey --model cmu --model mine.onnx --real-or-fake 0 --out survey.html          two models, no data
@@ -34,8 +37,9 @@ EXAMPLES = """examples:
   a2v survey --model humanact12-lie --model runs/condgru/baseline.pt --dataset humanact12 --data ../shared/data --action run --out rows.png
   a2v survey --analyze answers*.json --key survey.key.json --out result.md
 
-Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key from participants. Each
-participant saves a file of answers at the end; --analyze counts them and writes the table, with the numbers as JSON beside it."""
+Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key
+from participants. Each participant saves a file of answers at the end; --analyze counts them and
+writes the table, with the numbers as JSON beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +60,7 @@ class Options:
     dataset: str | None = option("data set of the real motions (a2v data)", default=None)
     data: str | None = option("folder or archive that holds it", default=None)
     action: str | None = option("actions to ask about, with commas; all by default", default=None)
-    frames: int = option("frames a clip", default=60)
+    frames: int = option("frames per clip", default=60)
     analyze: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
     key: str | None = option(
         "the key that was written beside the page", default=None, metavar="FILE"
@@ -85,7 +89,8 @@ def run(options: Options) -> Answer:
         }
         if len(rows) > MAX_ROWS:
             raise InputError(
-                f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name fewer with --action"
+                f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name "
+                "fewer with --action"
             )
         save_figure(options.out, plot_rows(list(rows.values()), titles=list(rows)))
         return Answer(files=[Path(options.out)])
@@ -95,8 +100,8 @@ def run(options: Options) -> Answer:
 
 
 def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motion]]]:
-    """Clips by source and action; clips of an action are equally long, since a length would give
-    its source away."""
+    """Return clips by source and action. Clips of an action are equally long, since the length
+    would reveal the source."""
     if not 2 <= options.frames <= 1000:
         raise InputError(f"frames is {options.frames}; expected 2 to 1000")
     models: dict[str, MotionModel | Path] = {}
@@ -108,7 +113,9 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         )
     if len(models) < len(options.model):
         raise InputError(
-            f"two models have the name {', '.join(sorted({Path(name).stem for name in options.model}))}; rename one file"
+            "two models have the name "
+            f"{', '.join(sorted({Path(name).stem for name in options.model}))}; "
+            "rename one file"
         )
     sources: dict[str, dict[str, list[Motion]]] = {}
     actions = [name.strip() for name in options.action.split(",")] if options.action else None
@@ -137,7 +144,8 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         if name.lower() == REAL or not name or (name in models and name in others)
     ):
         raise InputError(
-            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the recorded clips and every name stands once; "
+            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the "
+            "recorded clips and every name stands once; "
             "rename the model's file or the NAME of --motions"
         )
     if actions is None:
@@ -172,7 +180,7 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
 def _of_baseline(
     path: Path, options: Options, action: str, *, frames: int, count: int, seed: int
 ) -> list[Motion]:
-    """Clips of a trained baseline, whose first poses are those of the data set."""
+    """Return clips of a trained baseline, with first poses from the data set."""
     if options.dataset is None or options.data is None:
         raise InputError(f"give --dataset and --data, which {path} learned from")
     dataset = load_dataset(options.dataset, options.data)
@@ -193,8 +201,8 @@ def _of_baseline(
 def _real_clips(
     name: str, options: Options, questions: int
 ) -> tuple[dict[str, list[Motion]], dict[str, int]]:
-    """Random real clips of the data set `name` by action, cut to the action's median length or
-    --frames, and that length by action."""
+    """Return random real clips of the data set `name` by action, cut to the action's median length
+    or --frames, and that length by action."""
     if options.data is None:
         raise InputError("give --data: the folder or archive of --dataset")
     dataset = load_dataset(name, options.data)

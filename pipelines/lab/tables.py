@@ -1,4 +1,4 @@
-"""What the measuring commands write: a table as Markdown and, beside it, the numbers as JSON."""
+"""Output of the measuring commands: a table as Markdown and, beside it, the numbers as JSON."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipelines.inputs import check_writable
 
 
 def table_path(out: str) -> Path:
-    """The .md to write, in a folder that can be written.
+    """Check the path of the .md to write.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def table_path(out: str) -> Path:
 
 
 def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object]) -> str:
-    """Write `parts`, an empty line between each two, to `path` and `content` beside it; returns the
+    """Write `parts`, separated by empty lines, to `path` and `content` beside it; return the
     text."""
     joined = "\n\n".join(parts) + "\n"
     with atomic_path(path) as temporary:
@@ -38,7 +38,7 @@ def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object])
 
 
 def table_result(path: Path, text: str, content: Mapping[str, object]) -> Answer:
-    """What a measuring command gives back of what `write_table` wrote."""
+    """Return the answer of a measuring command after `write_table`."""
     return Answer(
         files=[path, path.with_suffix(".json")], text=f"{text}\n{path}", facts={"numbers": content}
     )

@@ -1,9 +1,11 @@
-"""``a2v train``: train a model, or go on with a run; what can be trained are commands of their
-own."""
+"""``a2v train``: train a model, or resume a run; each kind of model has its own command."""
 
 from __future__ import annotations
 
-HELP = "Train a motion model (the papers' VAE or our own flow), an action classifier, the reconstruction or the body map; a run goes on where it was stopped."
+HELP = (
+    "Train a motion model (the papers' VAE or our own flow), an action classifier, the "
+    "reconstruction or the body map; a run resumes where it was stopped."
+)
 SUBCOMMANDS = {
     "motion": "the papers' VAE",
     "flow": "our own window flow",
@@ -23,4 +25,5 @@ EXAMPLES = """examples:
   a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colors
   a2v train bodymap --data ../shared/data --out runs/bodymap        makes its own views first
 
-OUT gets a checkpoint every few minutes, log.csv and, at the end, the trained files. The same command resumes a run that was stopped."""
+OUT gets a checkpoint every few minutes, log.csv and, at the end, the trained files. The same
+command resumes a run that was stopped."""

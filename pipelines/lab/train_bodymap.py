@@ -1,5 +1,5 @@
-"""``a2v train bodymap``: the network that says where on the body each pixel of a person is, and how
-deep."""
+"""``a2v train bodymap``: the network that predicts the place on the body and the depth of each
+pixel of a person."""
 
 from __future__ import annotations
 
@@ -15,15 +15,19 @@ from pipelines.bar import bar
 from pipelines.lab.training import RESUMES, training_bar
 from pipelines.options import option, settings
 
-HELP = "Make quick views, then train the network that says of each pixel its place on the body and its depth, and of a picture 33 landmarks."
+HELP = (
+    "Make quick views, then train the network that says of each pixel its place on the "
+    "body and its depth, and of a picture 33 landmarks."
+)
 EXAMPLES = f"""examples:
   a2v train bodymap --data ../shared/data --out runs/bodymap --workers 2
   a2v train bodymap --data ../shared/data --out runs/more --views 60000 --bodymap.initial runs/bodymap
   a2v train bodymap --data ../shared/data --out runs/things --bodymap.initial shipped --blend 0.67
 
-Needs DIR/avatars, DIR/makehuman_cc0.zip (unless --studio.people avatars) and DIR/cmu_mocap.zip or DIR/humanact12.zip. OUT/views gets the
-views (45 KB and an eighth of a second of a core each; before the first one a quarter of an hour for poses and guides), OUT the checkpoint,
-log.csv and, at the end, bodymap.onnx. {RESUMES}"""
+Needs DIR/avatars, DIR/makehuman_cc0.zip (unless --studio.people avatars) and DIR/cmu_mocap.zip or
+DIR/humanact12.zip. OUT/views gets the views (45 KB and an eighth of a second of a core each;
+before the first one a quarter of an hour for poses and guides), OUT the checkpoint, log.csv and,
+at the end, bodymap.onnx. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +45,8 @@ class Options:
         "license of the weights, kept in the exported file", default="see the data set's license"
     )
     blend: float = option(
-        "share of the trained weights in the exported file; the rest are those of the file of bodymap.initial",
+        "share of the trained weights in the exported file; the rest are those of "
+        "the file of bodymap.initial",
         default=1.0,
     )
     studio: QuickSettings = settings(QuickSettings)
@@ -61,7 +66,7 @@ _SHOWN = (
 
 
 def run(options: Options) -> Answer:
-    """Make what views are missing, train, export."""
+    """Render the missing views, train, export."""
     out, counts = Path(options.out), {"validation": options.validation, "training": options.views}
     prepared = (out / "views" / "bank.npz").exists()
     with bar("poses", "clip", hidden=prepared) as preparing, bar("views", "file") as progress:

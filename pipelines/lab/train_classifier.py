@@ -14,12 +14,12 @@ from pipelines.lab.dataset_options import hold_out
 from pipelines.lab.training import RESUMES, LearningOptions, training_bar
 from pipelines.options import settings
 
-HELP = "Train the papers' action classifier; prints its accuracy on people whom it has not seen."
+HELP = "Train the papers' action classifier; prints its accuracy on held-out people."
 EXAMPLES = f"""examples:
   a2v train classifier --dataset bvh --data my_actions --out runs/classifier            what a2v evaluate measures them with
 
-OUT gets classifier.pt (every few minutes) and log.csv. --held-out names subjects that are not learned from; without it about a fifth of the clips (auto).
-{RESUMES}"""
+OUT gets classifier.pt (every few minutes) and log.csv. --held-out names subjects that are not
+learned from; without it about a fifth of the clips (auto). {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +41,8 @@ def run(options: Options) -> Answer:
 def run_classifier(
     training: ActionDataset, unseen: ActionDataset | None, out: Path, chosen: ClassifierSettings
 ) -> Evaluator:
-    """Train a classifier with a bar; says on standard error its accuracy on the clips of `unseen`,
-    if any."""
+    """Train a classifier with a bar; print its accuracy on the clips of `unseen`, if any, on
+    standard error."""
     with training_bar(f"{training.name} classifier", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:

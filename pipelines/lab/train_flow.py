@@ -18,9 +18,9 @@ EXAMPLES = f"""examples:
   a2v train flow --dataset bvh --data my_actions --out runs/mine          your own: my_actions/walk/*.bvh, my_actions/jump/*.bvh...
   a2v train flow --dataset humanact12 --data ../shared/data --held-out P03,P10 --out runs/unseen
 
-OUT gets flow.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v video and export/sample.py.
---held-out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn from all.
-{RESUMES}"""
+OUT gets flow.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v video
+and export/sample.py. --held-out names subjects that are not learned from (auto: about a fifth of
+the clips); without it models learn from all. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,10 +28,10 @@ class Options(MotionModelOptions):
     """What the command takes."""
 
     guidance: float = option(
-        "how far the exported flow is pushed towards the action; 1: not", default=GUIDANCE
+        "guidance of the exported flow towards the action; 1: none", default=GUIDANCE
     )
     guided_until: float = option(
-        "time of the exported flow, from 0 to 1, after which it is not pushed", default=1.0
+        "time of the exported flow, from 0 to 1, after which it is not guided", default=1.0
     )
     flow: FlowSettings = settings(FlowSettings)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.lab.evaluation.classifier import load_evaluator
-from a2v.lab.evaluation.monitor import quick_scores
+from a2v.lab.evaluation.monitor import EVERY, generator_of_vae, quick_scores
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.training import TrainSettings, VAETraining, train
 from export.motion import export_motion
 from pipelines.answer import Answer
-from pipelines.lab.training import RESUMES, MotionModelOptions, training_bar
-from pipelines.options import group, option, settings
+from pipelines.lab.training import RESUMES, MotionModelOptions, WatchedOptions, training_bar
+from pipelines.options import group, settings
 
 HELP = "Train the papers' motion model, a VAE with one of four decoders."
 EXAMPLES = f"""examples:
@@ -20,20 +19,15 @@ EXAMPLES = f"""examples:
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/lie --vae.decoder lie --iterations 20000 --threads 1
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/mine --evaluator classifier.tar     with a running FID
 
-OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v video and export/sample.py.
---held-out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn from all.
-{RESUMES}"""
+OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v
+video and export/sample.py. --held-out names subjects that are not learned from (auto: about a
+fifth of the clips); without it models learn from all. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(MotionModelOptions):
+class Options(WatchedOptions, MotionModelOptions):
     """What the command takes."""
 
-    evaluator: str | None = option(
-        "action classifier for a running FID and accuracy (monitoring only)",
-        default=None,
-        metavar="FILE",
-    )
     training: TrainSettings = group(TrainSettings)
     vae: VAESettings = settings(VAESettings)
 
@@ -42,19 +36,17 @@ def run(options: Options) -> Answer:
     """Train and export."""
     chosen, vae = options.training, options.vae
     dataset, unseen = options.learned_part()
-    evaluator = load_evaluator(options.evaluator) if options.evaluator else None
-    if evaluator is not None:
-        evaluator.demand_actions(dataset)
-    out = Path(options.out)
+    evaluator, out = options.watch(dataset), Path(options.out)
     with training_bar(f"{dataset.name} {vae.decoder}", chosen.iterations) as show:
         scores: dict[str, float] = {}
 
         def on_log(training: VAETraining, row: dict[str, float]) -> None:
             if evaluator is not None and (
-                training.iteration % (10 * chosen.log_every) == 0
+                training.iteration % (EVERY * chosen.log_every) == 0
                 or training.iteration == chosen.iterations
             ):
-                scores.update(quick_scores(training.model, dataset, evaluator))
+                generate = generator_of_vae(training.model, dataset)
+                scores.update(quick_scores(generate, dataset, evaluator))
                 row |= scores
             show(row, {"rec": row["reconstruction"], "kl": row["kl"]} | scores)
 

@@ -19,8 +19,8 @@ HELP = "Train the networks that reconstruct a person from a photo: shape, then d
 EXAMPLES = f"""examples:
   a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colors
 
-OUT gets a folder a stage and, when it has all of them, the files for a2v video --implicit.weights OUT.
-{RESUMES}"""
+OUT gets a folder a stage and, when it has all of them, the files for a2v video --implicit.weights
+OUT. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Train and, where all networks are there, export."""
+    """Train, and export if all networks are available."""
     stages = [name.strip() for name in options.stages.split(",")]
     if unknown := [name for name in stages if name not in STAGES]:
         raise InputError(f"unknown stage '{unknown[0]}'; choose from {', '.join(STAGES)}")

@@ -1,5 +1,5 @@
-"""From several photos of one person to one character: what takes the place of the nodes between the
-photo and its colors."""
+"""Nodes that make one character from several photos of a person. They replace the nodes between the
+photo and the colored surface."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pipelines.nodes.values import Blob
 
 @memo()
 def other_subject(other: Ref[Blob], perception: PerceptionSettings) -> Ref[Subject]:
-    """As `subject`, of a further photo."""
+    """As `subject`, for a further photo."""
     return put(found_in(other, None, None, Corrections(), perception))
 
 
@@ -79,14 +79,15 @@ def joint_fit(
 
 
 def _used(fits: Sequence[Fitted]) -> list[int]:
-    """Which photos count: the first one, and the further ones that were understood."""
+    """Numbers of the photos that are used: the first one, and the further ones that were
+    understood."""
     return [number for number, one in enumerate(fits) if one.understood or number == 0]
 
 
 def _replaced(
     fits: Sequence[Fitted], used: Sequence[int], new: Sequence[Fitted]
 ) -> list[Ref[Fitted]]:
-    """The fits of all photos, with the `new` ones of those that are `used`."""
+    """The fits of all photos, where those that are `used` are replaced by the `new` ones."""
     found = dict(zip(used, new, strict=True))
     return [put(found.get(number, one)) for number, one in enumerate(fits)]
 
@@ -95,7 +96,7 @@ def _replaced(
 def each_surface(
     each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings
 ) -> Ref[Reconstruction]:
-    """As `surface`, of each photo."""
+    """As `surface`, for each photo."""
     from a2v.reconstruction.backends import reconstruct
 
     own = get(joint_fit, Fitted)
@@ -112,8 +113,8 @@ def surface_fit(
     fit: FitSettings,
     hands: HandSettings,
 ) -> list[Ref[Fitted]]:
-    """As `body`, of all photos: one shape and their poses by the reconstructed surfaces (Eq.
-    15-18), and bent fingers."""
+    """As `body`, for all photos: one shape, and poses by the reconstructed surfaces (Eq. 15-18),
+    with bent fingers."""
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 
@@ -148,8 +149,8 @@ def surface_fit(
 def first_photo(
     joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray
 ) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
-    """What the first photo gives, in whose pose the character is made: the body by the photo, its
-    camera, the surface, the body by the surface."""
+    """Results of the first photo, in whose pose the character is made: the body by the photo, its
+    camera, the surface, and the body by the surface."""
     by_photo = get(joint_fit[0], Fitted)
     return (
         put(by_photo.body),
@@ -167,7 +168,7 @@ def person_of_photos(
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
-    """As `surface_with_face`: the canonical character by what all photos show."""
+    """As `surface_with_face`: the canonical character from all photos."""
     main, *others = _sights(each_subject, each_surface, surface_fit)
     return put(build_character(main, figure, face, others))
 
@@ -180,7 +181,7 @@ def colored_by_photos(
     surface_fit: np.ndarray,
     color: ColorSettings,
 ) -> Ref[Surface]:
-    """As `colored_surface`: each place in the colors of the photo that saw it best."""
+    """As `colored_surface`: each place has the colors of the photo that shows it best."""
     return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
 
 

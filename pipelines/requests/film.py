@@ -33,7 +33,8 @@ class FilmRequest(Request):
     """How frames look."""
 
     views: str | None = option(
-        f"of {', '.join(VIEWS)}, turntable and those of --camera (default: the four)", default=None
+        f"views, separated by commas: {', '.join(VIEWS)}, turntable, names in --camera (default: four)",
+        default=None,
     )
     camera: str = option(
         f"{FOLLOW} the character, {STILL}, or a YAML file of cameras (docs/rendering.md)",
@@ -41,25 +42,27 @@ class FilmRequest(Request):
         metavar="WHAT",
     )
     background: str = option(
-        "stage, transparent, a color, an image file, or photo (adds photo.mp4)",
+        "stage, transparent, a color, an image file, or photo (also writes photo.mp4)",
         default=_LOOK.background,
         metavar="WHAT",
     )
-    look: str = option(f"light: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
-    size: int = option("pixels of the longer side", default=_LOOK.size)
+    look: str = option(f"lighting: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
+    size: int = option("longer side of each view, pixels", default=_LOOK.size)
     aspect: str = option(
         "shape of each view: 1:1, 9:16, 16:9 or another width:height",
         default=_LOOK.aspect,
         metavar="W:H",
     )
-    titles: bool = flag("the views' names above the pictures of video.mp4", rare=True)
-    spp: int = option("samples a pixel", default=_LOOK.spp, rare=True)
-    denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
+    titles: bool = flag("write the name of each view above it in video.mp4", rare=True)
+    spp: int = option("samples per pixel", default=_LOOK.spp, rare=True)
+    denoise: bool = option(
+        "denoise every frame with Open Image Denoise", default=_LOOK.denoise, rare=True
+    )
     variant: str = option(
-        "Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True
+        "variant of Mitsuba: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True
     )
     no_props: bool = flag(
-        "nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True
+        "leave out the steps, ladder or bar on which the person climbs", rare=True
     )
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
     deform: DeformSettings = settings(DeformSettings, users=("method",))

@@ -4,8 +4,6 @@ before anything long runs."""
 from __future__ import annotations
 
 import dataclasses
-import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +14,6 @@ from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
 from a2v.footage import FollowSettings
 from a2v.formats.registry import readable_motions
-from a2v.io import shorten
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
@@ -24,33 +21,31 @@ from pipelines.engine.graph import Parameters
 from pipelines.engine.store import File
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
+from pipelines.requests.offer import offer_nearest
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
     from a2v.motion.direction import Direction
     from a2v.motion.plan import MotionPlan
     from a2v.motion.prompts import Step
-    from a2v.motion.vocabulary import UnknownActionError
 
 AUTO = "auto"
 """The default, which is all that there is (`a2v.motion.plan`)."""
 MANY = "cmu-fine"
 """The model with most, which can be directed."""
 
-MODEL = f"what makes it: {AUTO} (all of them), clips, a model's name, or an .onnx file"
-"""What the options that name a motion model say."""
+MODEL = f"source of the motion: {AUTO} (all), clips, the name of a model, or an .onnx file"
+"""Help of the options that name a motion model."""
 
-ACTION = (
-    "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"
-)
-SECONDS = "length of a motion (default: 5, or as long as the model's own clips are)"
-FRAMES = "length in frames, instead of --seconds"
-FPS = "frames a second"
-"""What the options of the same names say."""
+ACTION = "action by name or in words; separate several by commas or 'then' (list: a2v actions)"
+SECONDS = "length in seconds (default: 5, or the length of the model's clips)"
+FRAMES = "length in frames, in place of --seconds"
+FPS = "frames per second"
+"""Help of the options of these names."""
 
-MOTION_FILES = f"{readable_motions(', ')}, or a video of somebody"
-"""What the options that name a motion's file say."""
-FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face")
+MOTION_FILES = f"{readable_motions(', ')}, or a video of a person"
+"""Help of the options that name a motion file."""
+FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face", "hands")
 """Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0
@@ -76,7 +71,7 @@ def length_of(
         raise InputError(f"fps is {fps}; expected 0.5 to 240")
     if seconds is not None and not 0 < seconds <= MAX_FRAMES / fps:
         raise InputError(
-            f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames a second"
+            f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames per second"
         )
     if frames is None:
         frames = max(
@@ -124,33 +119,13 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
             )
         except UnknownActionError as error:
             chosen = (
-                "" if asked.timeline is not None or error.text not in action else _offered(error)
+                ""
+                if asked.timeline is not None or error.text not in action
+                else offer_nearest(error)
             )
             if not chosen:
                 raise
             action = action.replace(error.text, chosen)
-
-
-def _offered(error: UnknownActionError) -> str:
-    """The one of the nearest actions that whoever sits at the terminal chooses; "" for none, or
-    where nobody does."""
-    if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get(
-        "CI"
-    ):
-        return ""
-    print(
-        f"'{shorten(error.text, 80)}' is none of the actions that are known. The nearest:",
-        file=sys.stderr,
-    )
-    for number, name in enumerate(error.nearest, 1):
-        print(f"  {number}  {name}", file=sys.stderr)
-    print("Number, or Enter for none: ", end="", file=sys.stderr, flush=True)
-    answer = sys.stdin.readline().strip()
-    return (
-        error.nearest[int(answer) - 1]
-        if answer.isdecimal() and 1 <= int(answer) <= len(error.nearest)
-        else ""
-    )
 
 
 def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, fps: float) -> int:
@@ -206,36 +181,37 @@ class WayOptions:
     """Where a motion goes, and what is on its way (docs/motion.md)."""
 
     path: str | None = option(
-        "go along this: points 'x,z x,z ...' in meters, or a .csv, .yaml or .svg file", default=None
+        "path on the ground: points 'x,z x,z ...' in meters, or a .csv, .yaml or .svg file",
+        default=None,
     )
     pace: float | None = option(
-        "meters a second along --path; by default as fast as the action goes",
+        "speed along --path, meters per second (default: the speed of the action)",
         default=None,
         rare=True,
     )
     heading: float | None = option(
-        "face this way all along, degrees: 0 is ahead, 90 the left",
+        "direction in which the person faces throughout, degrees: 0 is ahead, 90 is to the left",
         default=None,
         metavar="DEGREES",
         rare=True,
     )
     keyframes: str | None = option(
-        "YAML file of poses of motion files, places and headings at given times, and joints that are held",
+        "YAML file of poses, places and headings at given times, and of joints to hold",
         default=None,
         metavar="FILE",
         rare=True,
     )
     start_pose: str | None = option(
-        "the first pose: that of a motion file, FILE#12, or FILE#8-15 for some",
+        "first pose: a motion file, FILE#12 for one of its frames, or FILE#8-15 for several",
         default=None,
         metavar="FILE",
         rare=True,
     )
     end_pose: str | None = option(
-        "the last pose, likewise", default=None, metavar="FILE", rare=True
+        "last pose, in the same form as --start-pose", default=None, metavar="FILE", rare=True
     )
     hold: str | None = option(
-        "joints that are held: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...', meters and seconds; 'left_wrist body ...' from the root",
+        "joints to hold in place: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...' in meters and seconds; 'left_wrist body ...' is relative to the root",
         default=None, metavar="WHAT", rare=True,
     )  # fmt: skip
 
@@ -253,10 +229,10 @@ class WayOptions:
 class EditOptions:
     """What is done to a motion once it is made."""
 
-    loop: bool = flag("a seamless cycle out of the motion")
-    in_place: bool = flag("neither travel nor turning; the sway of steps stays")
-    mirror: bool = flag("left and right exchanged", rare=True)
-    speed: float = option("tempo: 2 is twice as fast", default=1.0, rare=True)
+    loop: bool = flag("make the motion a seamless cycle")
+    in_place: bool = flag("remove travel and turning; keep the sway of the steps")
+    mirror: bool = flag("exchange left and right", rare=True)
+    speed: float = option("tempo factor; 2 is twice as fast", default=1.0, rare=True)
 
     @property
     def edit(self) -> Edit:
@@ -270,7 +246,7 @@ class ActionOptions:
 
     action: str = option(ACTION, default="")
     timeline: str | None = option(
-        "YAML file of actions with their lengths, instead of --action (docs/motion.md)",
+        "YAML file of actions with their lengths, in place of --action (docs/motion.md)",
         default=None,
         metavar="FILE",
     )
@@ -282,7 +258,7 @@ class LengthOptions:
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(
-        "any, or free: without what is for research only (HumanAct12)",
+        "any, or free: leave out sources that are for research only (HumanAct12)",
         default=LICENSES[0],
         choices=LICENSES,
         rare=True,
@@ -290,7 +266,7 @@ class LengthOptions:
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None, rare=True)
     fps: float = option(FPS, default=SHOWN_FPS)
-    seed: int = option("seed of the motion: another seed, another performance", default=0)
+    seed: int = option("seed of the motion; another seed gives another performance", default=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,11 +278,9 @@ class PlanOptions(LengthOptions, ActionOptions):
 class CarryOptions:
     """How a motion is carried over to the person's body."""
 
-    from_photo: bool = flag("begin in the photo's own pose and go over into the action")
-    raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
-    no_blink: bool = flag(
-        "the eyes stay open; by default the person blinks now and then", rare=True
-    )
+    from_photo: bool = flag("begin in the pose of the photo and blend into the action")
+    raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
+    no_blink: bool = flag("keep the eyes open (default: the person blinks)", rare=True)
     retarget: RetargetSettings = settings(
         RetargetSettings,
         users=("raw", "align", "level", "smoothing", "clear_arms", "from_photo", "life"),
@@ -346,7 +320,7 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
     """A motion for one person, generated or recorded, and how it is carried over to the body."""
 
     motion: str | None = option(
-        f"recorded motion instead of a model: {MOTION_FILES}", default=None, metavar="FILE"
+        f"recorded motion in place of --action: {MOTION_FILES}", default=None, metavar="FILE"
     )
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
@@ -364,7 +338,7 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
             alone = ("timeline", *(item.name for item in dataclasses.fields(WayOptions)))
             if given := [name for name in alone if getattr(self, name) is not None]:
                 raise InputError(
-                    f"{given[0]} cannot be given with motion; a recorded motion goes where it went"
+                    f"{given[0]} cannot be given with motion; a recorded motion has its own path"
                 )
             length = length_of(frames=self.frames, seconds=self.seconds, fps=self.fps)
             return ResolvedMotion(

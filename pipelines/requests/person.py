@@ -36,23 +36,26 @@ class PhotoOptions:
     """The photo, and what replaces the detectors."""
 
     photo: str = option(
-        "the person, seen whole: JPEG, PNG...; again for further photos of the same person",
+        "photo of the whole person (JPEG, PNG...); repeat the option for further photos of the same person",
         more="more",
     )
     more: str | None = option(
-        "further photos of the same person in the same clothes, with commas: from behind, from the side; the first one's pose is kept",
+        "further photos of the same person in the same clothes, separated by commas, for example from behind; the character has the pose of the first photo",
         default=None, metavar="FILES", rare=True,
     )  # fmt: skip
     mask: str | None = option(
-        "image of the photo's size, white where the person is; replaces the detector's",
+        "image of the size of the photo, white where the person is; replaces the detected mask",
         default=None,
         metavar="FILE",
     )
     keypoints: str | None = option(
-        "OpenPose JSON; replaces the detector's", default=None, metavar="FILE", rare=True
+        "OpenPose JSON file; replaces the detected keypoints",
+        default=None,
+        metavar="FILE",
+        rare=True,
     )
     corrections: str | None = option(
-        "YAML file: landmarks, limbs in front or behind, strokes of the mask, which person",
+        "YAML file of corrections: landmarks, limbs in front or behind, strokes on the mask, which person",
         default=None,
         metavar="FILE",
     )
@@ -64,37 +67,37 @@ class PersonStages:
     or `shape` counts."""
 
     backend: str = option(
-        f"how the person is reconstructed: {', '.join(NAMES)}",
+        f"reconstruction method: {', '.join(NAMES)}",
         default=DEFAULT_BACKEND,
         choices=NAMES,
         metavar="NAME",
     )
     pifuhd: str = option(
-        "PIFuHD's checkpoint, your own file, for the backend papers",
+        "your file of PIFuHD's checkpoint, for the backend papers",
         default="",
         metavar="FILE",
         rare=True,
     )
     pifu_geometry: str = option(
-        "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs",
+        "your file of PIFu's net_G: the shape without --pifuhd; --pifu-color requires it",
         default="",
         metavar="FILE",
         rare=True,
     )
     pifu_color: str = option(
-        "PIFu's net_C, likewise: colors of what the photo does not show",
+        "your file of PIFu's net_C: colors of unseen parts",
         default="",
         metavar="FILE",
         rare=True,
     )
     pamir_geometry: str = option(
-        "PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model",
+        "your file of PaMIR's checkpoint for the shape; requires an SMPL file in --fit.model",
         default="",
         metavar="FILE",
         rare=True,
     )
     pamir_texture: str = option(
-        "PaMIR's checkpoint for colors, likewise", default="", metavar="FILE", rare=True
+        "your file of PaMIR's checkpoint for the colors", default="", metavar="FILE", rare=True
     )
     perception: PerceptionSettings = settings(
         PerceptionSettings, users=("confidence", "max_side", "face", "hands")
@@ -109,25 +112,28 @@ class PersonStages:
     hands: HandSettings = settings(HandSettings)
     face: FaceSettings = settings(FaceSettings, users=("expressions",))
     character: str = option(
-        "canonical: built at rest, apart; fused: as in the photo's pose",
+        "canonical: built in a rest pose; fused: built in the photo's pose",
         default="canonical", choices=("canonical", "fused"), metavar="KIND",
     )  # fmt: skip
     color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
     bind: BindSettings = settings(BindSettings, users=())
     triangles: int = option(
-        "most triangles of the files for other tools, with a normal map; 0: all",
+        "maximum number of triangles in exported files; 0: all",
         default=ENGINE.triangles,
     )
     texture: int = option(
-        "texels along each side of the texture: 1024, 2048 or 4096",
+        "width and height of the texture: 1024, 2048 or 4096 texels",
         default=ENGINE.texture,
         rare=True,
     )
     normal_map: int = option(
-        "texels along each side of the normal map, 0 for none", default=ENGINE.normal_map, rare=True
+        "width and height of the normal map, texels; 0 for none",
+        default=ENGINE.normal_map,
+        rare=True,
     )
     one_material: bool = flag(
-        "one material in .glb instead of one each for skin, hair, cloth, eyes and mouth", rare=True
+        "write one material in a .glb (default: one each for skin, hair, cloth, eyes and mouth)",
+        rare=True,
     )
 
     @property

@@ -63,8 +63,8 @@ def outline(task: Mapping[str, Any]) -> dict[str, object]:
     -------
     dict
         "outline": polygons, "landmarks": what is seen without the task's corrections, (u, v,
-        confidence), all in fractions of the photo; "sides" of the limbs in the fit, "camera" and
-        "limb_errors" of the residuals, "seconds".
+        confidence), all in fractions of the photo; "sides" of the limbs in the fit, "camera",
+        "limb_errors" and "second_photo" of the residuals, "seconds".
     """
     from a2v.body import FitSettings, fit_body
     from a2v.perception import corrected
@@ -82,11 +82,13 @@ def outline(task: Mapping[str, Any]) -> dict[str, object]:
         quick = fit_body(subject, settings=FitSettings(rounds=ROUNDS), initial=bench.fit)
         kept = {
             name: bench.fit.residuals[name]
-            for name in ("limb_errors",)
+            for name in ("limb_errors", "second_photo")
             if name in bench.fit.residuals
         }
         bench.fit = dataclasses.replace(quick, residuals={**quick.residuals, **kept})
-    told = {name: bench.fit.residuals.get(name) for name in ("camera", "limb_errors")}
+    told = {
+        name: bench.fit.residuals.get(name) for name in ("camera", "limb_errors", "second_photo")
+    }
     landmarks = _in_photo(bench.base, bench.base.keypoints[:, :2])
     points = [
         [*place, round(float(sure), 3)]

@@ -33,7 +33,7 @@ def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     def deep(moved: torch.Tensor) -> float:
         told = torch.from_numpy(found.depths)
         return float(
-            term.deep_as_told(camera.scale * moved[:, 2], told, weights=weights, height=height)
+            term.depths_agree(camera.scale * moved[:, 2], told, weights=weights, height=height)
         )
 
     at_truth = deep(skin)
@@ -88,6 +88,25 @@ def test_pixels_beside_landmarks_that_lie_elsewhere_count_less() -> None:
     away = np.linalg.norm(whole.pixels[changed, None] - arm, axis=-1).min(axis=1) / height
     assert 10 < changed.sum() < 0.2 * len(changed)
     assert away.max() < 0.1
+
+
+def test_of_standing_people_depths_and_the_head_have_no_weight() -> None:
+    body = random_body(3)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    height = camera.scale * float(np.ptp(body.vertices[:, 1]))
+    plain, standing = (
+        gather_dense(found, subject.keypoints, height=height, count=4096, seed=0, standing=own)
+        for own in (False, True)
+    )
+    assert plain is not None
+    assert standing is not None
+    assert not standing.depth_weights.any()
+    head = standing.weights == 0
+    assert 0.03 < head.mean() < 0.25
+    chin = found.landmarks[[9, 10], 1].mean()
+    assert standing.pixels[head, 1].max() < chin + 0.12 * height  # the neck
+    np.testing.assert_array_equal(standing.weights[~head], plain.weights[~head])
 
 
 def test_bad_numbers_of_pixels_are_refused() -> None:

@@ -241,6 +241,19 @@ def test_a_near_camera_is_understood_where_its_distance_is_known() -> None:
     assert told["height"] == pytest.approx(near.camera.height)
 
 
+def test_standing_people_show_the_distance() -> None:
+    subject, _ = near_view(random_body(6, spread=0.5, yaw=0.2), distance=1.8, pitch=0.3)
+    evidence = gather_evidence(subject, QUICK)
+    assert all(evidence.standing)
+    assert evidence.distance_spread > 0
+    assert gather_evidence(subject, dataclasses.replace(QUICK, distance=3.0)).distance_spread == 0
+    assert dataclasses.replace(evidence, standing=(True, False)).distance_spread == 0
+    found = fit_body(subject, settings=QUICK)
+    assert found.camera.distance < 2.6  # the usual distance is 3 m
+    assert found.camera.source.endswith("and the fit")
+    assert 20 < found.residuals["camera"]["field_of_view"] < 70
+
+
 def test_the_files_focal_length_tells_the_distance() -> None:
     subject, _ = subject_of(random_body(1))
     told = dataclasses.replace(subject, focal_length=50.0)

@@ -140,6 +140,9 @@ def test_the_user_reads_one_sentence_or_none() -> None:
     unsure = dict.fromkeys(("left_arm", "left_leg", "right_leg"), 2 * DOUBTFUL)
     (text,) = doubts({**good, "limb_errors": {**unsure, "head": 0.02}})
     assert "the left arm, left leg and right leg reaches" in text
+    assert "from their left" in text
+    (text,) = doubts({**good, "limb_errors": unsure, "second_photo": "back"})
+    assert "from behind" in text
 
 
 def test_a_limb_that_reaches_far_is_expected_to_be_off_more(bank: PoseBank) -> None:

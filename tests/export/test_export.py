@@ -32,10 +32,13 @@ VARIANTS += [dataclasses.replace(VARIANTS[0], roots="relative")]
 VARIANTS += [
     dataclasses.replace(item, roots="relative", root_rotation=True) for item in VARIANTS[1:4]
 ]
+VARIANTS += [dataclasses.replace(VARIANTS[1], prior="fixed")]
 
 
 @pytest.fixture(
-    scope="module", params=VARIANTS, ids=lambda item: item.decoder + " relative" * item.relative
+    scope="module",
+    params=VARIANTS,
+    ids=lambda item: f"{item.decoder} {item.roots} {item.prior}",
 )
 def exported(request, tmp_path_factory):
     dataset = waving()

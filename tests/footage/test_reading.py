@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
+
+import av
 import numpy as np
 import pytest
 
@@ -91,3 +94,44 @@ def test_sizes_are_bounded(clip, monkeypatch, tmp_path):
 def test_videos_are_told_by_their_names():
     assert is_video("a/B.MOV")
     assert not is_video("a.bvh")
+
+
+def test_a_file_with_sound_alone_is_refused(tmp_path):
+    path = tmp_path / "song.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("aac", rate=16000)
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 4096), np.float32), "fltp", "mono")
+        frame.sample_rate = 16000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with pytest.raises(InputError, match="no pictures, only sound"), open_reel(path):
+        pass
+
+
+@pytest.mark.parametrize("suffix", ["mkv", "mp4"])
+def test_a_video_without_frames_is_refused(tmp_path, suffix):
+    path = tmp_path / f"empty.{suffix}"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=15)
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        container.start_encoding()
+    with pytest.raises(InputError, match="no frames"), open_reel(path):
+        pass
+
+
+def test_a_file_that_ends_early_gives_what_is_whole(tmp_path):
+    images = [picture(100 + index) for index in range(30)]
+    path = write_clip(tmp_path / "whole.mkv", images)
+    cut = tmp_path / "cut.mkv"
+    cut.write_bytes(path.read_bytes()[: int(0.6 * path.stat().st_size)])
+    assert 5 <= len(shown(cut)) < 30
+
+
+def test_frames_are_decoded_one_at_a_time(tmp_path):
+    path = write_clip(tmp_path / "long.mp4", [picture(None)] * 40)
+    held = []
+    with open_reel(path) as reel:
+        for frame in reel.frames(side=256):
+            held.append(weakref.ref(frame.image))
+            del frame
+    assert sum(one() is not None for one in held) <= 1

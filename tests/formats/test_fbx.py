@@ -24,6 +24,7 @@ from a2v.formats.fbx import fbx_to_glb, find_node, write_fbx
 from a2v.formats.gltf.people import read_person
 from pipelines.commands.retarget import Options, run
 from pipelines.requests.motion import LengthOptions
+from tests.support.glb import Glb
 from tests.support.npm import npm_folder
 
 FPS = 10.0
@@ -231,6 +232,57 @@ def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(
     ]
     assert np.ptp(moved[:, 2]) > 0.5  # she walks, in meters
     assert 0.02 < np.ptp(moved[:, 1]) < 0.3
+
+
+def pictures_of(glb: Path) -> list[bytes]:
+    """The encoded pictures of the base colors of a GLB's materials."""
+    file = Glb(glb)
+    found = []
+    for material in file.json["materials"]:
+        texture = file.json["textures"][
+            material["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+        ]
+        view = file.json["bufferViews"][file.json["images"][texture["source"]]["bufferView"]]
+        start = view.get("byteOffset", 0)
+        found.append(bytes(file.blob[start : start + view["byteLength"]]))
+    return found
+
+
+def test_pictures_and_their_places_come_through(
+    foreign: Path, path: Path, person: Person, data_dir: Path, tmp_path: Path
+) -> None:
+    surface = person[0].surface
+    assert surface.uv is not None
+    [picture] = pictures_of(foreign)
+    assert Image.open(io.BytesIO(picture)).size == (32, 32)
+    file = Glb(foreign)
+    primitive = file.json["meshes"][0]["primitives"][0]
+    places, uv = (file.array(primitive["attributes"][name]) for name in ("POSITION", "TEXCOORD_0"))
+    triangles = file.array(primitive["indices"]).reshape(-1, 3)
+    ours = np.concatenate(
+        [surface.vertices[surface.faces], surface.uv * [1, -1] + [0, 1]], axis=-1
+    ).reshape(-1, 5)
+    far, _ = cKDTree(ours).query(
+        np.concatenate([places, uv], axis=1)[triangles].reshape(-1, 5)[::7]
+    )
+    assert far.max() < 1e-3  # each corner has its own place in the picture
+    out = tmp_path / "out.fbx"
+    motion = str(data_dir / "motions" / "humanoid3d_walk.txt")
+    given = {"motions": motion, "lengths": LengthOptions(fps=FPS)}
+    assert not run(Options(character=str(path), out=str(out), **given)).notes
+    assert fbx_to_glb(out, tmp_path / "back.glb") == ()
+    assert pictures_of(tmp_path / "back.glb") == [picture]
+
+
+def test_a_picture_beside_the_file_is_read_and_another_kind_is_left_out(
+    path: Path, tmp_path: Path
+) -> None:
+    """An embedded picture of a kind that is not copied, and one that is a file of the folder."""
+    head = b"\xff\xd8\xff" if b"texture.jpg" in path.read_bytes() else b"\x89PNG"
+    data = path.read_bytes().replace(head, b"\0" * len(head))
+    (tmp_path / "other.fbx").write_bytes(data)
+    assert fbx_to_glb(tmp_path / "other.fbx", tmp_path / "out.glb") == ("texture",)
+    assert "images" not in Glb(tmp_path / "out.glb").json
 
 
 def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:

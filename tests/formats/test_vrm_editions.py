@@ -14,10 +14,13 @@ import pytest
 from a2v import Character, InputError
 from a2v.animation import prepare_rig
 from a2v.formats.gltf import VrmMeta, write_vrm
-from a2v.formats.gltf.springs import CHAINS, JOINTS, with_springs
-from a2v.formats.gltf.vrm import EXPRESSIONS, VRM_REQUIRED
+from a2v.formats.gltf.hair import JOINTS as HAIR_JOINTS
+from a2v.formats.gltf.skirt import CHAINS, JOINTS
+from a2v.formats.gltf.vrm import EXPRESSIONS, VRM_REQUIRED, with_springs
+from a2v.types import MATERIALS
 from tests.support.browser import THREE_VRM, bundled, told_by
 from tests.support.glb import Glb, validate
+from tests.support.hair import with_hair
 
 NEW = VrmMeta(name="Ada", author="A. Person", license_url="https://example.org/license")
 OLD = dataclasses.replace(NEW, edition="0.x")
@@ -58,8 +61,11 @@ def skirted(character: Character) -> Character:
 
     weights = grown(character.weights, 0)
     weights[count:, 0] = 1
+    assert surface.materials is not None
+    cloth = np.full(len(tube), MATERIALS.index("cloth"), np.uint8)
     dressed = dataclasses.replace(
         surface,
+        materials=np.concatenate([surface.materials, cloth]),
         vertices=np.concatenate([surface.vertices, outer.astype(np.float32)]),
         faces=np.concatenate([surface.faces, (tube + count).astype(np.int32)]),
         colors=grown(surface.colors, 0.4),
@@ -76,7 +82,7 @@ def skirted(character: Character) -> Character:
 
 @pytest.fixture(scope="module")
 def person(expressive: Character) -> Character:
-    return skirted(prepare_rig(expressive, {}, rig="vrm")[0])
+    return skirted(with_hair(prepare_rig(expressive, {}, rig="vrm")[0], length=0.2))
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +143,8 @@ def test_the_old_edition_says_all_that_it_has_to(
     assert vrm["firstPerson"]["firstPersonBone"] == person.body.bone_names.index("head")
     positions = file.array(file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
     np.testing.assert_array_equal(
-        positions, person.surface.vertices * np.float32([-1, 1, -1])
+        positions[: len(person.surface.vertices)],
+        person.surface.vertices * np.float32([-1, 1, -1]),
     )  # faces -z
     assert all(node.get("rotation", [0, 0, 0, 1]) == [0, 0, 0, 1] for node in file.json["nodes"])
     with pytest.raises(InputError, match=r"choose from 1.0, 0.x"):
@@ -145,21 +152,22 @@ def test_the_old_edition_says_all_that_it_has_to(
 
 
 def test_a_skirt_hangs_on_chains(person: Character, expressive: Character) -> None:
-    hung, springs = with_springs(person)
-    assert springs is not None
+    hung, both = with_springs(person)
+    assert [springs.name for springs in both] == ["skirt", "hair"]
+    springs = both[0]
     assert len(springs.chains) == CHAINS
     assert all(len(chain) == JOINTS + 1 for chain in springs.chains)
     np.testing.assert_allclose(hung.weights.sum(axis=1), 1, atol=1e-5)
     body = len(expressive.surface.vertices)
     np.testing.assert_array_equal(hung.bones[:body], person.bones[:body])
-    hem = np.argsort(hung.surface.vertices[body:, 1])[:40] + body
+    hem = np.argsort(person.surface.vertices[body:, 1])[:40] + body
     assert (
         hung.bones[hem] * (hung.weights[hem] > 0)
         >= len(person.body.bone_names) * (hung.weights[hem] > 0)
     ).all()
     assert [0.03 < capsule.radius < 0.12 for capsule in springs.capsules] == [True] * 4
     plain = prepare_rig(expressive, {}, rig="vrm")[0]
-    assert with_springs(plain) == (plain, None)  # who wears none has none
+    assert with_springs(plain) == (plain, ())  # no skirt, no hair of its own
 
 
 def outside(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -174,13 +182,18 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
     face = person.surface.face
     assert face is not None
     chosen, lips = list(range(0, len(person.surface.vertices), 97)), face.target("jawOpen")[0][::9]
-    given = {"vertices": chosen, "face": lips.tolist(), "expressions": ["aa", "happy"], "lift": 1.2}
+    given = {
+        "vertices": chosen,
+        "face": lips.tolist(),
+        "expressions": ["aa", "happy"],
+        "lift": 1.2,
+        "turn": 0.7,
+    }
     both = told_by(
         script, given | {"files": [base64.b64encode(path.read_bytes()).decode() for path in files]}
     )
-    springs = with_springs(person)[1]
-    assert springs is not None
-    thigh = springs.capsules[0]
+    skirt, hair = with_springs(person)[1]
+    thigh = skirt.capsules[0]
     for told, version in zip(both, ("1", "0"), strict=True):
         assert told["meta"]["metaVersion"] == version
         assert set(told["bones"]) >= VRM_REQUIRED
@@ -193,7 +206,7 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
             moved, offsets = face.mixed(EXPRESSIONS[name])
             whole[moved] += offsets
             np.testing.assert_allclose(told["expressions"][name], whole[lips], atol=2e-4)
-        assert told["swings"] >= CHAINS * JOINTS
+        assert told["swings"] >= CHAINS * JOINTS + len(hair.chains) * HAIR_JOINTS
         names = sorted(told["before"])
         before, still, moving, lifted = (
             np.array([told[when][name] for name in names])
@@ -206,3 +219,11 @@ def test_three_vrm_reads_both(files: tuple[Path, Path], person: Character) -> No
         ends = [name.endswith(("_1", "_2", "_3")) for name in names]
         away = outside(lifted[ends], *map(np.array, told["thigh"]))
         assert away.min() > thigh.radius - 0.01
+        chains = sorted(told["hair"]["still"])
+        assert len(chains) == len(hair.chains) * (HAIR_JOINTS + 1)
+        hanging, swung, after = (
+            np.array([told["hair"][when][name] for name in chains])
+            for when in ("still", "moving", "after")
+        )
+        assert np.linalg.norm(swung - hanging, axis=1).max() > 0.015  # the tips stay behind
+        assert np.linalg.norm(after - hanging, axis=1).max() < 0.01  # and come back

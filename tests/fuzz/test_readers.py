@@ -24,12 +24,13 @@ from a2v.formats.deepmimic import _FRAME, read_deepmimic
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.kinematics import CMU
 from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
-from a2v.lab.datasets.base import FileSource
+from a2v.lab.datasets.files import FileSource
 from a2v.lab.evaluation.liquid_warp import read_face_texture
 from a2v.lab.evaluation.survey_answers import analyze, read_answers, read_key, survey_table
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.lab.studio.makehuman.assets import Archive
-from a2v.perception.corrections import draw_strokes, read_corrections
+from a2v.perception.apply_corrections import draw_strokes
+from a2v.perception.corrections import read_corrections
 from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras

@@ -9,8 +9,9 @@ import pytest
 
 from a2v.kinematics import CMU, bone_lengths
 from a2v.kinematics.even_paths import evened
+from a2v.kinematics.foot_contacts import PLANT, contacts
 from a2v.kinematics.limbs import legs_of
-from a2v.kinematics.planting import PLANT, contacts, plant_feet
+from a2v.kinematics.planting import plant_feet
 from a2v.types import FloatArray
 
 FPS = 30.0

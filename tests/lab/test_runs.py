@@ -9,16 +9,8 @@ import pytest
 import torch
 
 from a2v.errors import InputError
-from a2v.lab.runs import (
-    NEWER,
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.runs import NEWER, RateSchedule, Run, RunSettings, Training, carry_on, identity
 
 
 @dataclass(frozen=True)

@@ -16,18 +16,16 @@ from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import (
     Edit,
-    air_seconds,
     change_speed,
     edited,
     make_loop,
     mirror_motion,
     put_in_place,
     repeat_loop,
-    rises,
-    settle,
 )
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.prompts import Step
+from a2v.motion.settling import air_seconds, rises, settle
 from a2v.motion.timeline import Take
 from a2v.types import Motion
 from tests.support.motions import person

@@ -14,7 +14,7 @@ import pytest
 from a2v.kinematics.planting import plant_feet
 from a2v.motion import MotionModel
 from a2v.motion import page as page_module
-from a2v.motion.edit import planting, settled
+from a2v.motion.settling import planting, settled
 from a2v.motion.smoothing import smooth_actions
 from a2v.types import FloatArray, Motion
 

@@ -11,7 +11,7 @@ from a2v.body import FitResult, FitSettings, fit_body, load_body_model
 from a2v.errors import InputError
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.perception import Corrections, corrected, decode_photo, find_person, read_corrections
-from a2v.perception.corrections import correct_landmarks, draw_strokes
+from a2v.perception.apply_corrections import correct_landmarks, draw_strokes
 from a2v.types import FloatArray, Subject
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"

@@ -36,3 +36,9 @@ def test_a_gif_and_a_sheet_of_a_video(tmp_path: Path) -> None:
         assert picture.size == (2 * 64 + 4, 6 * (32 + 16) + 5 * 4)
     assert len(list(read_video(tmp_path / "video.mp4"))) == 30
     assert write_shared(tmp_path, animation=None, megabytes=1, sheet=False) == []
+    (sheet,) = write_shared(
+        tmp_path, animation=None, megabytes=1, sheet=True, caption=["camera 3.0 m away", "left arm"]
+    )
+    with Image.open(sheet) as picture:
+        assert picture.width == 2 * 64 + 4
+        assert picture.height > 6 * (32 + 16) + 5 * 4 + 10

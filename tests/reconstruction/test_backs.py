@@ -23,8 +23,9 @@ from a2v.reconstruction.backs import (
     seen_before,
 )
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HAIR, loose_hair
-from a2v.reconstruction.backs.labels import SKIN as SKIN_LABEL
+from a2v.reconstruction.backs.labels import loose_hair
+from a2v.reconstruction.backs.seen import HAIR
+from a2v.reconstruction.backs.seen import SKIN as SKIN_LABEL
 from a2v.reconstruction.color_prior import skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 

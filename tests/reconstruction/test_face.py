@@ -15,7 +15,8 @@ from a2v.body.face import actions_of, face_landmarks
 from a2v.geometry.mesh import is_closed
 from a2v.geometry.sewing import sew
 from a2v.reconstruction import FaceSettings, add_face
-from a2v.reconstruction.face.build import _Bend, _facing, _posed
+from a2v.reconstruction.face.bends import Bend
+from a2v.reconstruction.face.build import _facing, _posed
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
@@ -231,7 +232,7 @@ def test_the_head_is_turned_as_the_photos(body: Body) -> None:
 def test_the_bend_keeps_what_touches_together() -> None:
     random = np.random.default_rng(0)
     sources = random.uniform(-0.1, 0.1, (30, 2))
-    bend = _Bend(sources, sources + random.normal(0, 0.003, (30, 2)), 0.0)
+    bend = Bend(sources, sources + random.normal(0, 0.003, (30, 2)), 0.0)
     points = random.uniform(-0.1, 0.1, (5, 3))
     np.testing.assert_allclose(bend(points)[:, 2], points[:, 2])
     np.testing.assert_array_equal(bend(points), bend(points.copy()))

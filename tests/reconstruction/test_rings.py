@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from a2v.body.parts import PARTS
-from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
 from a2v.reconstruction.backs.rings import around
+from a2v.reconstruction.backs.seen import LOWER, SKIN, UPPER
 
 
 def _cylinder(part: str, middle: float, bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:

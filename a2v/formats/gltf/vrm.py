@@ -14,7 +14,9 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.characters import check_clips, parent_from_bone
 from a2v.formats.gltf.document import Document
-from a2v.formats.gltf.springs import spring_extension, with_springs
+from a2v.formats.gltf.hair import hang_hair
+from a2v.formats.gltf.skirt import hang_skirt
+from a2v.formats.gltf.springs import Springs, spring_extension
 from a2v.formats.gltf.vrm0 import extension as vrm0_extension
 from a2v.formats.gltf.vrm0 import turned_around, turned_springs
 from a2v.formats.gltf.writing import add_animation, add_bones, skinned_document
@@ -155,7 +157,7 @@ def write_vrm(
     bones and first person.
 
     A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its
-    own by their names. A skirt swings (`with_springs`). Clips go into files of their own,
+    own by their names. A skirt and long hair swing (`with_springs`). Clips go into files of their own,
     `write_vrma`. An avatar of VRM 0.x faces -z.
 
     Parameters
@@ -188,11 +190,18 @@ def write_vrm(
         }
     else:
         said = {"VRMC_vrm": _extension(character, meta, bones)}
-        if springs is not None:
+        if springs:
             said["VRMC_springBone"] = spring_extension(springs)
     document.json["extensionsUsed"] = list(said)
     document.json["extensions"] = said
     document.write(path)
+
+
+def with_springs(character: Character) -> tuple[Character, tuple[Springs, ...]]:
+    """A character on VRM's rig with chains of bones for what swings: a skirt, long hair."""
+    character, skirt = hang_skirt(character)
+    character, hair = hang_hair(character)
+    return character, tuple(one for one in (skirt, hair) if one is not None)
 
 
 def _extension(

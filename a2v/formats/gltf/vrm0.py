@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from a2v.formats.gltf.springs import Springs, secondary_animation
+from a2v.formats.gltf.springs import Capsule, Springs, secondary_animation
 from a2v.types import Character
 from a2v.version import __version__
 
@@ -78,12 +78,15 @@ def turned_around(character: Character) -> Character:
     )
 
 
-def turned_springs(springs: Springs | None) -> Springs | None:
+def turned_springs(springs: tuple[Springs, ...]) -> tuple[Springs, ...]:
     """The same of what swings."""
-    if springs is None:
-        return None
-    capsules = [dataclasses.replace(one, tail=one.tail * [-1, 1, -1]) for one in springs.capsules]
-    return dataclasses.replace(springs, capsules=tuple(capsules))
+
+    def turned(capsule: Capsule) -> Capsule:
+        return dataclasses.replace(capsule, tail=capsule.tail * [-1, 1, -1])
+
+    return tuple(
+        dataclasses.replace(one, capsules=tuple(map(turned, one.capsules))) for one in springs
+    )
 
 
 def bone_name(name: str) -> str:
@@ -100,7 +103,7 @@ def extension(
     presets: Mapping[str, Mapping[str, float]],
     character: Character,
     materials: list[str],
-    springs: Springs | None,
+    springs: tuple[Springs, ...],
 ) -> dict[str, Any]:
     """The extension ``VRM`` of a `turned_around` character.
 
@@ -112,7 +115,7 @@ def extension(
     character : Character
     materials : list of str
         Names, in the order of the file.
-    springs : Springs or None
+    springs : tuple of Springs
     """
     human = [
         {"bone": bone_name(name), "node": bone["node"], "useDefaultValues": True}

@@ -1,4 +1,4 @@
-"""The body map: a network that says of a person's picture, for each pixel, its place on the body
+"""The body map: a network that predicts for each pixel of a person's picture its place on the body
 and the depth of front and back, and 33 landmarks.
 
 `train_bodymap` (`training`) teaches it on the quick views of `a2v.lab.studio.quick`; `networks` has

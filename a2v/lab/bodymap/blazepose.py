@@ -2,7 +2,7 @@
 has seen real photographs.
 
 BlazePose (Bazarevsky et al. 2020), the "full" landmark model of mediapipe's wheel, Apache-2.0 like
-what is trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
+the weights trained from it. The file is read with the schema of TensorFlow Lite that the same wheel
 carries.
 """
 
@@ -47,7 +47,7 @@ class Operation:
     inputs : tuple of int
     output : int
     weights : int
-        Which convolution of the file it is, counted from 0; -1 for what is none.
+        Which convolution of the file it is, counted from 0; -1 for other layers.
     stride, groups : int
     padding : tuple of 4 int
         Left, right, top, bottom.
@@ -196,9 +196,15 @@ class _Reader:
             total = max((-(-size // stride) - 1) * stride + kernel - size, 0)
             padding = (total // 2, total - total // 2) * 2
         return Operation(
-            kind="conv", inputs=(source,), output=output, weights=number, stride=stride, padding=padding,
-            groups=weights.shape[0] if depthwise else 1, clipped=options.fusedActivationFunction == self.clips,
-        )  # fmt: skip
+            kind="conv",
+            inputs=(source,),
+            output=output,
+            weights=number,
+            stride=stride,
+            padding=padding,
+            groups=weights.shape[0] if depthwise else 1,
+            clipped=options.fusedActivationFunction == self.clips,
+        )
 
 
 class BlazePoseLayers(nn.Module):
@@ -233,7 +239,7 @@ class BlazePoseLayers(nn.Module):
         }
 
     def freeze_until(self, output: int) -> None:
-        """Keep the weights of all steps up to the one that makes the tensor `output` as they are:
+        """Keep the weights of all steps up to the one that makes the tensor `output` frozen:
         what sees edges has seen photographs."""
         for step in self.operations:
             if step.weights >= 0:

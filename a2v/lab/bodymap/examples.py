@@ -1,4 +1,4 @@
-"""From quick views to what the body map is trained with: pictures, truths, and changes that
+"""Training examples of the body map from quick views: pictures, truths, and changes that
 photographs and their masks may have."""
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
 from a2v.lab.studio.quick.settings import SHARD
 from a2v.lab.studio.quick.views import QuickShard, QuickView, list_shards
-from a2v.perception.bodymap import GRAY, before_gray
+from a2v.perception.bodymap import GRAY, on_gray
 from a2v.perception.depth import HIPS
 from a2v.types import BoolArray, FloatArray
 
@@ -21,8 +21,8 @@ _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range
 
 
 def landmark_weights() -> FloatArray:
-    """How much each landmark (33,) counts: eyes, mouth, fingers and toes less than what the fit
-    holds to."""
+    """Weights of the landmarks (33,): eyes, mouth, fingers and toes have less than those that the
+    fit relies on."""
     weights = np.ones(len(BLAZEPOSE), np.float32)
     for weight, chosen in _LESS.items():
         weights[list(chosen)] = weight
@@ -44,7 +44,7 @@ class Example:
         How much each landmark counts.
     places : (3, 64, 64) float32
     depths : (2, 64, 64) float32
-        Of front and back; 0 where there is none.
+        Of front and back; 0 where the pixel shows nobody.
     seen : (2, 64, 64) bool
         Whether a pixel sees the person, whose front and back it then shows. Where a thing hides the
         person it does not: no evidence.
@@ -72,11 +72,11 @@ def stack(examples: Sequence[Example]) -> Example:
 
 
 def make_example(view: QuickView, generator: np.random.Generator | None = None) -> Example:
-    """A view as an example, the person before gray; with a `generator` changed as photographs and
+    """A view as an example, the person on gray; with a `generator` changed as photographs and
     masks of them may be, and mirrored every other time.
 
     Landmarks behind things count as much as those behind the person's own body: they must be
-    guessed, and their scales tell so.
+    guessed, and their scales become larger.
     """
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
@@ -84,7 +84,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
     points = points - np.array([0, 0, hips], np.float32)
     flip = generator is not None and generator.random() < 0.5
     picture, mask = (
-        (before_gray(picture, mask), mask)
+        (on_gray(picture, mask), mask)
         if generator is None
         else _changed(picture, mask, view.things, generator)
     )
@@ -119,11 +119,10 @@ def mirrored(example: Example) -> Example:
 def _changed(
     picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) mostly before gray, with something before it, in other light; and a
+    """A picture (256, 256, 3) mostly on gray, with something in front of it, in other light; and a
     mask (256, 256) with errors, or none at all.
 
-    Two masks in five take what is near the person of `things` (256, 256) for the person, as
-    segmentations do.
+    Two masks in five include the `things` (256, 256) near the person, as segmentations do.
     """
     import cv2
 
@@ -140,7 +139,7 @@ def _changed(
             cover = cv2.dilate(mask, np.ones((3, 3) if kind < 0.2 else (5, 5), np.uint8))
         elif kind < 0.4:
             cover = cv2.erode(mask, np.ones((3, 3), np.uint8))
-        picture = before_gray(picture, cover, softness=generator.uniform(0.6, 1.6), gray=plain)
+        picture = on_gray(picture, cover, softness=generator.uniform(0.6, 1.6), gray=plain)
     if generator.random() < 0.2:
         middle, extent = generator.random(2), 0.08 + 0.2 * generator.random(2)
         left, top, right, bottom = (

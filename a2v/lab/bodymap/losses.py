@@ -27,20 +27,20 @@ def tensors(batch: Example, device: torch.device) -> dict[str, Tensor]:
     return found
 
 
-def losses(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
+def losses(predicted: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     """Weighted losses of a batch: mean absolute errors, and negative log likelihoods of Laplace
-    distributions with the scales that are told.
+    distributions with the predicted scales.
 
     Parameters
     ----------
-    told : BodyMaps
+    predicted : BodyMaps
     true : mapping of str to Tensor
         A batch's `tensors`.
     """
-    weights, error = true["weights"], (told.points - true["points"]).abs()
+    weights, error = true["weights"], (predicted.points - true["points"]).abs()
     plane, depth = error[..., :2].mean(dim=-1), error[..., 2]
-    first = (told.first - true["points"]).abs().mean(dim=-1)
-    seen, maps = true["seen"], told.maps
+    first = (predicted.first - true["points"]).abs().mean(dim=-1)
+    seen, maps = true["seen"], predicted.maps
     count = seen[:, 0].sum().clamp(min=1)
     place = (maps[:, :_FRONT] - true["places"]).abs().mean(dim=1)
     depths = (maps[:, _FRONT:_LOG_FRONT] - true["depths"]).abs()
@@ -48,7 +48,9 @@ def losses(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     def mean(values: Tensor, there: Tensor) -> Tensor:
         return (values * there).sum() / count
 
-    likelihood = _laplace(plane, told.log_scales[..., 0]) + _laplace(depth, told.log_scales[..., 1])
+    likelihood = _laplace(plane, predicted.log_scales[..., 0]) + _laplace(
+        depth, predicted.log_scales[..., 1]
+    )
     of_maps = mean(_laplace(place, maps[:, _LOG_PLACE].clamp(-6, 1)), seen[:, 0])
     of_maps = of_maps + mean(_laplace(depths, maps[:, _LOG_FRONT:_LOG_PLACE].clamp(-7, 0)), seen)
     return {
@@ -70,7 +72,7 @@ def _laplace(error: Tensor, log_scale: Tensor) -> Tensor:
     return error * torch.exp(-log_scale) + log_scale
 
 
-def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
+def errors(predicted: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     """Mean errors (B,) of each view, centimeters (places: of their own unit); NaN where nothing is
     seen.
 
@@ -79,11 +81,13 @@ def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     """
     centimeters = 100 / true["scale"]
     inside = true["weights"] > 0.25
-    gap = torch.where(inside[..., None], told.points - true["points"], torch.nan)
+    gap = torch.where(inside[..., None], predicted.points - true["points"], torch.nan)
     seen = true["seen"][:, 0]
     count = seen.sum(dim=(1, 2))
-    front = ((told.maps[:, _FRONT] - true["depths"][:, 0]).abs() * seen).sum(dim=(1, 2)) / count
-    place = ((told.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(
+    front = ((predicted.maps[:, _FRONT] - true["depths"][:, 0]).abs() * seen).sum(
+        dim=(1, 2)
+    ) / count
+    place = ((predicted.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(
         dim=(1, 2)
     ) / count
     return {

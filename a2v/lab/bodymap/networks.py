@@ -40,7 +40,7 @@ TAPS = (279, 277, 251, 269, 316)
 CHANNELS = (48, 48, 88, 144, 288)
 """Their channels."""
 EDGES = 222
-"""The tensor up to which BlazePose's weights stay as they are."""
+"""The tensor up to which BlazePose's weights are frozen."""
 WIDTH = 96
 """Channels at strides 8 to 64."""
 TOP = 64
@@ -55,14 +55,14 @@ people by least squares."""
 
 @dataclass(frozen=True, eq=False)
 class BodyMaps:
-    """What the network says of B pictures.
+    """Outputs of the network for B pictures.
 
     Attributes
     ----------
     points : (B, 33, 3)
         BlazePose's landmarks: u, v, depth.
     first : (B, 33, 3)
-        What the heat maps say of them: `points` lies between this and BlazePose's own, and is then
+        Landmarks by the heat maps: `points` lies between this and BlazePose's own, and is then
         corrected.
     log_scales : (B, 33, 2)
         Natural logarithms of the Laplace scales in the picture and of the depth.
@@ -175,9 +175,9 @@ class BodyMapNetwork(nn.Module):
             TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu"
         )
         self.attend = nn.TransformerEncoder(layer, 3, enable_nested_tensor=False)
-        self.out = nn.Linear(
-            TOKEN, 7
-        )  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
+        # a correction, two scales, and the shares of the heat maps' place over BlazePose's in the
+        # picture and in depth
+        self.out = nn.Linear(TOKEN, 7)
         nn.init.zeros_(self.out.weight)
         with torch.no_grad():
             self.out.bias.copy_(torch.tensor([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, -2.0]))
@@ -219,8 +219,10 @@ class BodyMapNetwork(nn.Module):
         first = torch.cat([heat @ self.grid, (heat * depth).sum(dim=-1, keepdim=True)], dim=-1)
         around = heat @ seen.pixels.flatten(2).transpose(1, 2)
         start = _start(seen.own)
-        told = torch.cat([around, 4 * first.detach(), 4 * (start - first).detach()], dim=-1)
-        token = self.embed(told) + self.name + self.whole(seen.whole)[:, None] + self.own(seen.own)
+        context = torch.cat([around, 4 * first.detach(), 4 * (start - first).detach()], dim=-1)
+        token = (
+            self.embed(context) + self.name + self.whole(seen.whole)[:, None] + self.own(seen.own)
+        )
         change = self.out(self.attend(token))
         gate = torch.cat([change[..., 5:6], change[..., 5:]], dim=-1).sigmoid()
         return BodyMaps(

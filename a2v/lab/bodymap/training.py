@@ -18,15 +18,8 @@ from a2v.errors import InputError
 from a2v.lab.bodymap.examples import QuickViews, make_example, stack
 from a2v.lab.bodymap.losses import errors, losses, tensors
 from a2v.lab.bodymap.networks import BodyMapNetwork
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.lab.untracing import calibrate, fill, read_weights
 from a2v.perception.bodymap import FILE as SHIPPED
 
@@ -95,7 +88,7 @@ def stored_weights(folder: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     Raises
     ------
     InputError
-        There is none.
+        There is no such view.
     """
     return read_weights(Path(folder) / SHIPPED.name, {"body.": ""})
 
@@ -163,7 +156,7 @@ class BodyMapTraining(Training):
         self.held_out = QuickViews(views, "validation") if settings.measured else None
 
     def begin(self) -> None:
-        """Take over another run's weights, if that is asked for."""
+        """Begin with another run's weights if the settings name one."""
         if not self.settings.initial:
             return
         folder = initial_folder(self.settings.initial)
@@ -272,7 +265,7 @@ def train_bodymap(
     Raises
     ------
     InputError
-        No views, other settings than those of the checkpoint, an initial run that is none, or a
+        No views, other settings than those of the checkpoint, an initial run without weights, or a
         training that diverges.
     """
     settings = settings or BodyMapSettings()

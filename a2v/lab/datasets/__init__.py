@@ -1,4 +1,4 @@
-"""Loaders of motion data sets; every clip can be had as a `Motion`."""
+"""Loaders of motion data sets; every clip converts to a `Motion`."""
 
 from __future__ import annotations
 

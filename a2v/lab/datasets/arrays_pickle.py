@@ -19,7 +19,7 @@ _PLAIN_KINDS = "biufcSU"
 
 
 class _Forbidden(Exception):
-    """A pickle asks for something else than arrays."""
+    """A pickle refers to something other than arrays."""
 
 
 class _NoClass:
@@ -201,11 +201,11 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     Raises
     ------
     InputError
-        It is no such file; the message says what it asked for.
+        It is no such file; the message names what it refers to.
     """
     if data[:1] != pickle.PROTO:
         raise InputError(
-            f"{where} is no pickle of Python 3, or a compressed one; save it anew with joblib.dump(value, path)"
+            f"{where} is no pickle of Python 3, or a compressed one; save it again with joblib.dump(value, path)"
         )
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()

@@ -13,7 +13,8 @@ from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh
 from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
 from a2v.kinematics.names import canonical_joints
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, check_joints
+from a2v.lab.datasets.base import ActionDataset, Clip
+from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import Motion, Progress
 
 

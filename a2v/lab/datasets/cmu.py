@@ -11,7 +11,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import CMU
-from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame, check_joints, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
+from a2v.lab.datasets.files import check_joints, find_source
 
 FILE_UNITS = 20.0
 """The papers divide the files' positions by this."""

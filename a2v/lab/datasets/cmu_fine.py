@@ -1,4 +1,4 @@
-"""CMU's clips under what the data base's own index says of them: 123 fine actions instead of the
+"""CMU's clips labeled by the data base's own index: 123 fine actions instead of the
 papers' eight.
 
 ``cmu_fine.csv`` is curated by hand: what the index says of a clip -> fine action, direction, style.
@@ -27,8 +27,9 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.resample import frames_made, resample_at
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.cmu import ACTIONS, load_cmu
+from a2v.lab.datasets.files import FileSource, find_source
 from a2v.lab.datasets.floors import level_feet
 from a2v.types import FloatArray, Motion
 
@@ -79,7 +80,7 @@ def fine_table() -> Mapping[tuple[str, str], Meaning]:
 
 
 class Entry(NamedTuple):
-    """What the index says of a clip: its description in small letters, and frames a second."""
+    """The index entry of a clip: its description in lower case, and frames per second."""
 
     text: str
     fps: float
@@ -248,7 +249,7 @@ def _shared(meanings: Sequence[Meaning]) -> tuple[str, ...]:
 
 
 def _read_index(source: FileSource) -> dict[str, Entry]:
-    """What the data base's index says, by clip name."""
+    """The entries of the data base's index, by clip name."""
     names = source.names(INDEX)
     if not names:
         raise InputError(f"{source.path} holds no {INDEX}; the fine actions are made from it")

@@ -1,7 +1,7 @@
-"""The whole CMU data base, for whoever has it: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
+"""Read the whole CMU data base: 2,435 recordings at 120 or 60 Hz, as ASF and AMC or
 as BVH, under curated actions.
 
-What the index says of a recording becomes an action by the table of `cmu_fine`, else by the first
+The index entry of a recording becomes an action by the table of `cmu_fine`, else by the first
 rule of ``cmu_full.csv`` whose pattern is found in it; rules without an action leave recordings out.
 Joints are brought to the papers' twenty at 30 Hz.
 """
@@ -23,9 +23,10 @@ from a2v.formats.asf_amc import read_amc
 from a2v.formats.bvh import read_bvh
 from a2v.kinematics import CMU
 from a2v.kinematics.resample import resample_motion
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip
 from a2v.lab.datasets.cmu import FRAME
 from a2v.lab.datasets.cmu_fine import INDEX, fine_table
+from a2v.lab.datasets.files import FileSource, find_source
 from a2v.motion.applications import on_skeleton
 from a2v.types import Motion, Progress
 

@@ -9,7 +9,8 @@ from typing import Literal
 
 from a2v.errors import InputError
 from a2v.kinematics import HUMANACT12
-from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame, check_joints, find_source
+from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
+from a2v.lab.datasets.files import check_joints, find_source
 
 COARSE = {
     "01": "warm_up", "02": "walk", "03": "run", "04": "jump", "05": "drink", "06": "lift_dumbbell", "07": "sit", "08": "eat",

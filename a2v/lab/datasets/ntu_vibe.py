@@ -17,7 +17,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import NTU_VIBE
 from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
-from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, NativeFrame, check_joints
+from a2v.lab.datasets.base import ActionDataset, Clip, NativeFrame
+from a2v.lab.datasets.files import FileSource, check_joints
 from a2v.types import FloatArray
 
 LIST_NAME = "ntu_vibe_list.txt"
@@ -106,7 +107,7 @@ class _Entry:
 
 
 def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
-    """The entries of the list of that name, in its order, each checked when it is asked for."""
+    """The entries of the list of that name, in its order, each checked when it is read."""
     try:
         lines = source.read(name).decode("utf-8").splitlines()
     except UnicodeDecodeError:

@@ -8,16 +8,16 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset
-from a2v.lab.evaluation.protocol import Generate, recorded
+from a2v.lab.evaluation.sources import Generate, recorded
 from a2v.lab.motion.baselines.training import TrainedBaseline, load_baseline
 from a2v.types import FloatArray, IntArray, Motion
 
 FIRST_FRAME = "first-frame"
-"""The name of `first_frame_and_zeros` where models are named."""
+"""Name of `first_frame_and_zeros` among the models."""
 
 
 def generator_of_baseline(trained: TrainedBaseline, dataset: ActionDataset) -> Generate:
-    """Sampling of a baseline as the protocol wants it; first poses are those of recorded clips of
+    """Return a baseline as a source for the protocol. First poses are those of recorded clips of
     the same action."""
     recordings = recorded(dataset)
 
@@ -33,8 +33,8 @@ def generator_of_baseline(trained: TrainedBaseline, dataset: ActionDataset) -> G
 def baseline_motions(
     trained: TrainedBaseline, dataset: ActionDataset, action: str, *, count: int, seed: int
 ) -> list[Motion]:
-    """`count` clips of an action by a baseline, as long as the data set's windows; bones are as
-    long as it makes them."""
+    """Return `count` clips of an action by a baseline, as long as the data set's windows. Bone
+    lengths are those that it generates."""
     labels = np.full(count, dataset.actions.index(action))
     own = np.flatnonzero(dataset.labels == labels[0])
     generator = np.random.default_rng(seed)
@@ -51,12 +51,12 @@ def baseline_motions(
 
 
 def open_baseline(path: str, dataset: ActionDataset) -> TrainedBaseline:
-    """The baseline of a file, for this data set.
+    """Read a baseline from a file and check that it fits this data set.
 
     Raises
     ------
     InputError
-        It is none, or knows other actions, joints or lengths.
+        The file is not a baseline, or has other actions, joints or lengths.
     """
     trained = load_baseline(path)
     sizes = trained.model.sizes
@@ -65,16 +65,17 @@ def open_baseline(path: str, dataset: ActionDataset) -> TrainedBaseline:
         dataset.length,
     ):
         raise InputError(
-            f"baseline '{path}' knows other actions, joints or lengths than {dataset.name}; evaluate it on {trained.dataset}"
+            f"baseline '{path}' knows other actions, joints or lengths than "
+            f"{dataset.name}; evaluate it on {trained.dataset}"
         )
     return trained
 
 
 def first_frame_and_zeros(dataset: ActionDataset) -> Generate:
-    """A real first pose, and joints that all lie in the origin from then on.
+    """Return a source of a real first pose, followed by joints that all lie in the origin.
 
-    A generation whose loop over frames never runs gives this. Under the authors' classifier it
-    scores what the papers say of CondGRU (docs/results/baselines.md).
+    This is the result of a generation whose loop over frames never runs. Under the authors'
+    classifier it scores about what the papers report for CondGRU (docs/results/baselines.md).
     """
     recordings = recorded(dataset)
 

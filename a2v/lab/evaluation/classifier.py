@@ -16,8 +16,8 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.io import sha256, shorten
 from a2v.kinematics.ground import face_forward, first_heading, left_of
+from a2v.lab.checkpoints import load_tensors
 from a2v.lab.datasets import ActionDataset
-from a2v.lab.runs import load_tensors
 from a2v.types import FloatArray, IntArray
 
 State = Literal["zeros", "random"]
@@ -46,7 +46,7 @@ class ActionClassifier(nn.Module):
     def forward(self, motions: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
         """Features (B, 30) and logits (B, A) of motions (B, T, 3 J).
 
-        `state` (2, B, 128) is the GRU's first state, zeros without it. The published evaluation
+        `state` (2, B, 128) is the GRU's first state, zeros by default. The published evaluation
         drew it from a normal distribution at every call.
         """
         output, _ = self.recurrent(motions, state)
@@ -55,8 +55,8 @@ class ActionClassifier(nn.Module):
 
 
 class Facing(NamedTuple):
-    """How a classifier turns what it is given, so that the first frame faces +z: which joints say
-    where a person faces, in which axes.
+    """How a classifier turns its input so that the first frame faces +z: the joints that define the
+    heading, and their axes.
 
     Attributes
     ----------
@@ -75,12 +75,12 @@ class Facing(NamedTuple):
 
     @classmethod
     def of(cls, dataset: ActionDataset) -> Facing:
-        """That of a data set.
+        """Return that of a data set.
 
         Raises
         ------
         InputError
-            Its skeleton does not say which joints are hips and shoulders.
+            Its skeleton does not name the joints of hips and shoulders.
         """
         skeleton = dataset.skeleton
         left_of(dataset.joints[0][:1], skeleton)
@@ -96,7 +96,7 @@ class Facing(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Evaluator:
-    """A trained classifier with what it was trained for.
+    """A trained classifier with a description of its training.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Evaluator:
     digest : str
         SHA-256 of that file.
     info : mapping
-        What our own training says about it (see `a2v.lab.evaluation.training`); empty for the
+        Description by our own training (see `a2v.lab.evaluation.training`); empty for the
         authors'.
     """
 
@@ -117,7 +117,7 @@ class Evaluator:
 
     @property
     def facing(self) -> Facing | None:
-        """How it turns motions before it looks at them; None: not at all, as the authors'
+        """How it turns motions before it classifies them; None: not at all, like the authors'
         classifiers."""
         told = self.info.get("facing")
         return Facing(*told) if told else None
@@ -133,15 +133,17 @@ class Evaluator:
         Raises
         ------
         InputError
-            It knows others.
+            It was trained for others.
         """
         if self.n_actions != len(dataset.actions):
             raise InputError(
-                f"{self.source} knows {self.n_actions} actions; {dataset.name} has {len(dataset.actions)}"
+                f"{self.source} knows {self.n_actions} actions; {dataset.name} has "
+                f"{len(dataset.actions)}"
             )
         if self.info and list(self.info["actions"]) != list(dataset.actions):
             raise InputError(
-                f"{self.source} knows other actions ({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
+                f"{self.source} knows other actions "
+                f"({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
             )
 
     @torch.no_grad()
@@ -170,7 +172,8 @@ class Evaluator:
         network, facing = self.network, self.facing
         if motions.shape[-2] * 3 != network.recurrent.input_size:
             raise InputError(
-                f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}"
+                f"{self.source} expects {network.recurrent.input_size // 3} joints; "
+                f"the motions have {motions.shape[-2]}"
             )
         turned = facing.turn if facing else np.asarray
         features, labels = [], []
@@ -182,7 +185,8 @@ class Evaluator:
             if state == "random":
                 if generator is None:
                     raise InputError(
-                        "the papers' protocol starts the classifier from random states: give a generator"
+                        "the papers' protocol starts the classifier from random "
+                        "states: give a generator"
                     )
                 shape = (network.recurrent.num_layers, len(batch), network.recurrent.hidden_size)
                 first = torch.from_numpy(generator.standard_normal(shape, dtype=np.float32))

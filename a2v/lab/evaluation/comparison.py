@@ -1,5 +1,5 @@
-"""Several ways to make the same video, side by side on one page (the journal paper's Fig. 6, 16 and
-19 to 24), and asked about (Tables 5 and 6)."""
+"""The same video by several methods, side by side on one page (the journal paper's Fig. 6, 16 and
+19 to 24) and as a user study (Tables 5 and 6)."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def write_comparison(
     path
         Ends in ``.html``.
     films : Films
-        Every method has the same views, as long as each other.
+        Every method has the same views and number of frames.
     shown : int
-        Frames of each view as pictures, evenly spread.
+        Number of frames of each view that are shown as pictures, evenly spread.
     about : str
         A line below the heading.
 
@@ -61,7 +61,8 @@ def write_comparison(
     names = {tuple(views) for views in films.values()}
     if len(lengths) != 1 or len(names) != 1 or not shown >= 1:
         raise InputError(
-            f"{len(films)} methods have films of {sorted(lengths)} frames; expected the same views and lengths, and frames to show"
+            f"{len(films)} methods have films of {sorted(lengths)} frames; expected "
+            "the same views and lengths, and frames to show"
         )
     views, count = next(iter(names)), next(iter(lengths))
     chosen = np.unique(np.linspace(0, count - 1, min(shown, count)).round().astype(int))
@@ -75,7 +76,10 @@ def write_comparison(
             for method, own in films.items()
         }
         parts.append(_table(view, [f"frame {index + 1}" for index in chosen], rows))
-    page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(action)}</title><style>{STYLE}</style>{''.join(parts)}</html>"
+    page = (
+        "<!doctype html><html lang=en><meta "
+        f"charset=utf-8><title>{html.escape(action)}</title><style>{STYLE}</style>{''.join(parts)}</html>"
+    )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
@@ -116,7 +120,10 @@ def film_bytes(frames: Sequence[ByteArray], fps: float) -> bytes:
 def _table(heading: str, columns: Sequence[str], rows: Mapping[str, Sequence[str]]) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
     body = "".join(
-        f"<tr><th class=m>{html.escape(name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+        (
+            "<tr><th "
+            f"class=m>{html.escape(name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+        )
         for name, cells in rows.items()
     )
     return f"<h2>{html.escape(heading)}</h2><table><tr><th></th>{head}</tr>{body}</table>"

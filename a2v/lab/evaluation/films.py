@@ -1,5 +1,5 @@
-"""Studio films with their truth: how well a person is followed through a video, beside mediapipe's
-own 3D landmarks."""
+"""Studio films with their ground truth: how well one person is tracked through a video, beside
+mediapipe's own 3D landmarks."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ MEASURED: tuple[str, ...] = tuple(
 _HIPS = [MEASURED.index("left_hip"), MEASURED.index("right_hip")]
 _FEET = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("ankle", "foot"))
 STANDS = 0.15
-"""Meters a second under which a foot of the truth stands."""
+"""Speed in meters per second below which a foot of the ground truth stands."""
 SHORTEST = 0.5
-"""Seconds of a clip at least."""
+"""Minimum length of a clip, seconds."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Shot:
 PEOPLE = (
     "X_AIAN_F_1_Casual", "X_AIAN_M_1_Busi", "X_MENA_F_1_Util", "X_NHPI_F_1_Casual", "X_NHPI_F_2_Busi", "X_NHPI_F_3_Util", "X_NHPI_M_1_Casual",
 )  # fmt: skip
-"""Whom no network has seen, and on whom nothing was tried."""
+"""Avatars that no network was trained on and no setting was tuned on."""
 _RECORDINGS: tuple[tuple[str, str, float], ...] = (
     ("strike", "02_05", 1.0), ("walk", "07_02", 0.1), ("bend", "02_06", 2.0), ("jump", "Jump 1", 0.0), ("dance", "Dance 1", 0.0), ("sword", "02_07", 2.0),
     ("run", "09_07", 0.1), ("wash", "02_10", 3.0), ("walk", "07_12", 0.1), ("strike", "02_05", 8.0), ("dance", "Dance 2", 0.0), ("sword", "02_08", 3.0),
@@ -106,7 +106,7 @@ def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
     Raises
     ------
     InputError
-        The data are not there.
+        The data are missing.
     """
     if " " in shot.recording:
         from a2v.lab.datasets import load_dataset
@@ -126,7 +126,8 @@ def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
                 text = archive.read(f"cmu_bvh/{shot.recording[:2]}/{shot.recording}.bvh")
         except (OSError, KeyError, zipfile.BadZipFile):
             raise InputError(
-                f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to the folder of data"
+                f"{Path(data) / 'cmu_bvh.zip'} lacks {shot.recording}; set --data to "
+                "the folder of data"
             ) from None
         motion = read_bvh(text, fps=SHOWN_FPS)
     part = slice(round(shot.first * SHOWN_FPS), round((shot.first + shot.seconds) * SHOWN_FPS))
@@ -135,7 +136,7 @@ def recorded(shot: Shot, data: str | os.PathLike[str]) -> Motion:
 
 
 def shoot_panel(shot: Shot, data: str | os.PathLike[str], folder: Path) -> tuple[Film, Path]:
-    """The film of a shot, and its video, which is made if it is not there."""
+    """Return the film of a shot, and its video, which is rendered if it does not exist."""
     avatar = load_avatar(Path(data) / "avatars" / f"{shot.person}.glb")
     seed = int(shot.name[:2])
     film = shoot(
@@ -149,31 +150,31 @@ def shoot_panel(shot: Shot, data: str | os.PathLike[str], folder: Path) -> tuple
 
 @dataclass(frozen=True)
 class FilmScore:
-    """How well a film was followed.
+    """How well the person in a film was tracked.
 
     Attributes
     ----------
     name, kind, camera : str
     frames : int
-        That were compared.
+        Frames that were compared.
     seen : float
-        Share of the film's frames that were.
+        Their share of the film's frames.
     error, mediapipe_error : float
         Mean distance of `MEASURED` from the truth, from the middle of the hips, in the heading of
         the first frame, cm.
     scaled : float
-        The same at the truth's size: a video does not show how tall somebody is.
+        The same at the truth's size: a video does not show the person's height.
     acceleration, mediapipe_acceleration, true_acceleration : float
         Mean error of the accelerations of the same, and their own mean size, meters per square
         second.
     slide, true_slide : float
-        Mean speed of feet while the truth's stand, cm a second.
+        Mean speed of feet while those of the ground truth stand, cm per second.
     travel : float
-        Where the hips end less where the truth's do, from where both begin, cm.
+        Error of the hips' final position, from a common start, cm.
     path : float
-        How far the truth goes, cm.
+        Length of the ground truth's path, cm.
     fps : float
-        Frames a second of clock, and `cpu_fps` of one core's time.
+        Frames per second of wall-clock time, and `cpu_fps` of processor time.
     """
 
     name: str
@@ -198,7 +199,7 @@ class FilmScore:
 def measure(
     shot: Shot, film: Film, path: Path, settings: FollowSettings
 ) -> tuple[FilmScore, Followed]:
-    """Follow the person in a film, and compare."""
+    """Track the person in a film, and compare."""
     clock, work = time.perf_counter(), time.process_time()
     followed = follow_person(path, settings)
     clock, work = time.perf_counter() - clock, time.process_time() - work

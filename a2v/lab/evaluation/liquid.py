@@ -1,7 +1,7 @@
 """Liquid Warping GAN (Liu et al. 2019) out of the user's own generator, on our correspondences
 instead of a CUDA renderer.
 
-Written anew after the paper; tensors carry the names of the published file,
+Implemented from the paper; tensors carry the names of the published file,
 ``net_epoch_30_id_G.pth``, whose weights are for research alone and are not shipped. Pictures are
 (1, 3, S, S) in [-1, 1].
 """
@@ -21,12 +21,12 @@ from a2v.lab.papers.checkpoints import State, channels, fill, numbers, part, rea
 PIXELS = 256
 """Side of the pictures that the published weights are for."""
 CONDITION = 3
-"""Channels that tell of the body: its texture coordinates, and 1 where it is not."""
+"""Channels that describe the body: its texture coordinates, and 1 outside of it."""
 
 
 class Generator(nn.Module):
     """Three networks: one fills the background, one reads the photo, one draws the person moved,
-    fed by what the second has read.
+    with features of the second.
 
     Wherever both have features of one size, those of the photo are warped to where the moved body
     has the same point, and added.
@@ -47,12 +47,13 @@ class Generator(nn.Module):
         given = [self.bg_model.inputs, self.src_model.inputs, self.tsf_model.inputs]
         if given != [4, 3 + CONDITION, 3 + CONDITION]:
             raise InputError(
-                f"{path}: the networks see {given} channels; expected [4, 6, 6], a picture and texture coordinates"
+                f"{path}: the networks see {given} channels; expected [4, 6, 6], a "
+                "picture and texture coordinates"
             )
         fill(self, state, str(path))
 
     def background(self, picture: Tensor, person: Tensor) -> Tensor:
-        """What is behind the person, who is where `person` (1, 1, S, S) is 1."""
+        """Return the background behind the person; `person` (1, 1, S, S) is 1 on the person."""
         around = 1 - person
         out: Tensor = self.bg_model(torch.cat([picture * around, around], 1))
         return out
@@ -196,7 +197,7 @@ class _Stream(nn.Module):
             )
         )
         self.img_reg = nn.Sequential(nn.Conv2d(width, 3, 7, padding=3, bias=False), nn.Tanh())
-        # spelled so in the file
+        # spelled like this in the file
         self.attetion_reg = nn.Sequential(
             nn.Conv2d(width, 1, 7, padding=3, bias=False), nn.Sigmoid()
         )

@@ -1,5 +1,5 @@
-"""Films of Liquid Warping GAN: what its generator is given of a photo and a posed body, and what it
-draws of it."""
+"""Films of Liquid Warping GAN: its generator's inputs from a photo and a posed body, and its
+pictures."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
     Raises
     ------
     InputError
-        The file is no such OBJ, or lacks a face of the body.
+        The file is not such an OBJ, or lacks a face of the body.
     """
     name = Path(path).name
     try:
@@ -57,7 +57,8 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
     chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]
     if min(chosen) < 0:
         raise InputError(
-            f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file"
+            f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and "
+            "--fit.model with SMPL's file"
         )
     middles = mesh.uv[chosen][:, :2].mean(axis=1)
     return np.asarray(
@@ -112,7 +113,7 @@ class LiquidWarp:
 
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
         """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), meters, seen by
-        `view`, before the photo's background."""
+        `view`, in front of the photo's background."""
         import cv2
         import torch
 

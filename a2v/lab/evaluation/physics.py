@@ -1,7 +1,7 @@
-"""Does a motion obey the ground: foot skating, penetration, float, jitter, bone lengths.
+"""Physical plausibility of a motion: foot skating, penetration, float, jitter, bone lengths.
 
 Definitions as in the literature on motion generation (docs/evaluation.md): always print the real
-data's value beside a generated one, it is never zero.
+data's value beside a generated one, since it is never zero.
 """
 
 from __future__ import annotations
@@ -29,10 +29,9 @@ class PhysicsMetrics:
     floating : float
         Mean over frames of the height of the lowest joint over the floor beyond 5 mm, mm.
     slide : float
-        Mean path over the ground of foot joints while they are lower than 5 cm, mm a frame at 20
-        fps.
-    jitter : float
-        Mean length of the third difference of joint positions times fps^3, m/s^3.
+        Mean path over the ground of foot joints while they are lower than 5 cm, mm per frame at 20
+        fps. jitter : float Mean length of the third difference of joint positions times fps^3,
+        m/s^3.
     bone_variation : float
         Standard deviation over mean of bone lengths over time, mean over bones.
     contact_slide : float
@@ -53,7 +52,7 @@ class PhysicsMetrics:
     contact_fast: float = float("nan")
 
     def as_dict(self) -> dict[str, float]:
-        """Name to value."""
+        """Return the values by name."""
         return asdict(self)
 
 
@@ -72,7 +71,7 @@ LOWEST = 0.05
 """That level is this quantile of its heights."""
 
 SLIDES = 0.3
-"""Meters a second over the ground above which a foot that is down slides for everybody to see."""
+"""Speed over the ground, meters per second, above which a foot that is down visibly slides."""
 
 TOLERANCE = 0.005
 """Distance to the floor that counts as none, meters."""
@@ -100,8 +99,8 @@ def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
 
 
 def foot_slide(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
-    """Mean path over the ground, mm a frame at 20 fps, of foot joints (..., T, F, 3) while lower
-    than 5 cm."""
+    """Return the mean path over the ground, mm per frame at 20 fps, of foot joints (..., T, F, 3)
+    while lower than 5 cm."""
     feet = _at_rate(np.asarray(feet, dtype=np.float64), fps)
     if feet.shape[-3] < 2:
         return 0.0
@@ -231,8 +230,7 @@ def joints_physics(
 
 
 def ends_of(feet: Sequence[int], parents: IntArray) -> list[int]:
-    """Those of the foot joints that no other of them hangs on: toes, or ankles where there are
-    none."""
+    """Return the foot joints without a child among them: toes, or ankles if there are no toes."""
     above = {int(parents[joint]) for joint in feet}
     return [joint for joint in feet if joint not in above]
 

@@ -42,7 +42,7 @@ PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
         "glmi-m": (2.448, 0.665, 6.374, 4.093),
         "glmi-r": (2.519, 0.675, 6.484, 4.073),
     },
-    # LatentTransition's row is printed so: it repeats Dancing2Music's of CMU
+    # this is how LatentTransition's row is printed: it repeats Dancing2Music's of CMU
     "ntu_vibe": {
         "Real motions": (0.031, 0.999, 7.108, 2.194),
         "CondGRU": (28.31, 0.078, 3.663, 3.578),
@@ -75,14 +75,14 @@ PUBLISHED_ACTIONS: Mapping[str, Mapping[str, Mapping[str, tuple[float, float, fl
         },
     }
 }
-"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN where our
-text of the table has lost a figure: of the accuracies of Walk it has .786 and .930, and not to
-which rows they belong."""
+"""FID, accuracy and diversity of single actions (the journal's Table 4); 500 clips. NaN if a figure
+is missing in our text of the table: of the accuracies of Walk it has .786 and .930, but not their
+rows."""
 
 
 def published_action_table(dataset: str, actions: Iterable[str]) -> str:
-    """The published rows of single actions side by side as Markdown, "" where the papers lack one
-    of them."""
+    """The published rows of single actions side by side as Markdown, "" if the papers lack one of
+    them."""
     known = PUBLISHED_ACTIONS.get(dataset, {})
     chosen = [name for name in actions if name in known]
     if not chosen:
@@ -94,13 +94,15 @@ def published_action_table(dataset: str, actions: Iterable[str]) -> str:
     for row in known[chosen[0]]:
         values = [value for action in chosen for value in known[action][row]]
         lines.append(
-            f"| {row} | {' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} |"
+            f"| {row} | "
+            f"{' | '.join('–' if math.isnan(value) else f'{value:.3f}' for value in values)} "
+            "|"
         )
     return "\n".join(lines)
 
 
 def published_table(dataset: str) -> str:
-    """The rows of a data set as Markdown, "" where the papers have none."""
+    """The rows of a data set as Markdown, "" if the papers have none."""
     rows = PUBLISHED.get(dataset, {})
     lines = ["| Published | FID↓ | Accuracy↑ | Diversity→ | MModality→ |", "|---|---|---|---|---|"]
     lines += [

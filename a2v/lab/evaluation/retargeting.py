@@ -1,4 +1,4 @@
-"""How well a retargeted clip keeps the motion and the ground."""
+"""Measures of how well a retargeted clip keeps the motion and the ground."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class RetargetQuality:
         motion's bones, turned as they turn from its standing posture and scaled to the body's bone
         lengths, put them; the middle of the hips in common.
     plain_error : float
-        The same from the motion's bone directions as they are, whatever its skeleton's standing
+        The same with the motion's own bone directions, independent of its skeleton's standing
         posture.
     skating : float
         `a2v.lab.evaluation.physics.foot_skating` of ankles and balls of the feet.
@@ -48,7 +48,7 @@ class RetargetQuality:
 
 
 def measure_retargeting(motion: Motion, body: Body, transforms: FloatArray) -> RetargetQuality:
-    """Compare a clip with what `retarget` made of it with ``level="never"``.
+    """Compare a clip with the result of `retarget` with ``level="never"``.
 
     Parameters
     ----------

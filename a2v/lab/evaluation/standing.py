@@ -1,5 +1,5 @@
-"""Do feet stand, are clips alive as recordings are, do seeds differ: every action by itself, of
-clips as the commands make them.
+"""Measure for each action how feet stand, how lively clips are and how seeds differ, on clips that
+the commands make.
 
 A foot is down while its toe is near its own lowest level, wherever that lies: a clip that floats,
 or one whose toes stand unequally high, is measured like any other
@@ -36,7 +36,7 @@ FPS = 30.0
 SECONDS = 5.0
 """Of a clip."""
 RECORDINGS = 12
-"""Recordings of an action that are looked at, at most: the longest tells no more than a dozen."""
+"""Largest number of recordings of an action that are measured."""
 COPY = 1e-3
 """Meters between windows, root mean square, under which two recordings are one: the data base has
 some under two numbers."""

@@ -2,7 +2,7 @@
 A.5; journal paper, Table 3).
 
 `write_survey` makes one static page with the clips inside, and a key that says which clip is whose.
-What participants saved is read by `a2v.lab.evaluation.survey_answers`.
+`a2v.lab.evaluation.survey_answers` reads the files that participants save.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ MAX_CLIPS = 600
 MAX_SOURCES = 12
 
 KEY_FORMAT = "a2v-survey-key/1"
-"""Names the format of a survey's key."""
+"""Format name of a survey's key."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """A finished clip: an action's name, the bytes of an MP4, and who made it (for the key)."""
+    """A finished clip: an action's name, the bytes of an MP4, and its provenance (for the key)."""
 
     action: str
     mp4: bytes
@@ -50,7 +50,7 @@ Sources = Mapping[str, Mapping[str, Sequence[Motion | Film]]]
 
 @dataclass(frozen=True)
 class SurveySettings:
-    """What a participant is asked.
+    """The questions of a survey.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class SurveySettings:
     real_or_fake : int
         Questions about a single clip, half of them real (the papers have 72).
     size : int
-        Pixels a side of a clip.
+        Side of a clip, pixels.
     seed : int
         Of the order, the choice and the names of the clips.
     title : str
@@ -75,13 +75,14 @@ class SurveySettings:
     def __post_init__(self) -> None:
         if min(self.preference, self.real_or_fake) < 0 or self.preference + self.real_or_fake < 1:
             raise InputError(
-                f"preference={self.preference}, real_or_fake={self.real_or_fake}; expected at least one question"
+                f"preference={self.preference}, real_or_fake={self.real_or_fake}; "
+                "expected at least one question"
             )
 
 
 @dataclass(frozen=True)
 class Survey:
-    """The questions, and what is behind them.
+    """The questions, and the clips and sources of their anonymous names.
 
     Attributes
     ----------
@@ -90,7 +91,7 @@ class Survey:
         ``id``, ``kind`` ("preference" or "real"), ``action``, ``clips`` (anonymous names).
     clips : dict of name to Motion or Film
     sources : dict of name to str
-        Who made each clip.
+        Source of each clip.
     """
 
     title: str
@@ -107,12 +108,12 @@ class Survey:
 
 
 def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Survey:
-    """Choose the questions and name the clips without a hint to their sources.
+    """Choose the questions, and give the clips names that do not reveal their sources.
 
     Parameters
     ----------
     sources : Sources
-        Only actions that all sources have are asked about. Clips are used up in turn, and again
+        Questions are about actions that all sources have. Clips are used in turn, starting again
         from the first.
     settings : SurveySettings or None
 
@@ -123,27 +124,7 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         too many clips.
     """
     settings = settings or SurveySettings()
-    if not sources or len(sources) > MAX_SOURCES:
-        raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
-    if settings.preference and len(sources) < 2:
-        raise InputError(
-            "preferences need at least two sources of motion; give another model or the real data, or ask for none"
-        )
-    if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
-        raise InputError(
-            "real-or-fake questions need the real data and a model; give both, or ask for none"
-        )
-    actions = [
-        action
-        for action in next(iter(sources.values()))
-        if all(own.get(action) for own in sources.values())
-    ]
-    if not actions:
-        raise InputError(f"the sources {', '.join(sources)} have no action in common")
-    if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
-        raise InputError(
-            f"{settings.preference} rankings of {len(sources)} and {settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
-        )
+    actions = _common_actions(sources, settings)
     generator = np.random.default_rng(settings.seed)
     clips: dict[str, Motion | Film] = {}
     owners: dict[str, str] = {}
@@ -177,15 +158,42 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
         {"id": f"q{place + 1}", **questions[i]}
         for place, i in enumerate(generator.permutation(len(questions)))
     ]
-    names = sorted(
-        clips
-    )  # by their random names, so that the order of the clips tells nothing either
+    # sorted by their random names, so that the order of the clips does not reveal the sources
+    names = sorted(clips)
     return Survey(
         settings.title,
         asked,
         {name: clips[name] for name in names},
         {name: owners[name] for name in names},
     )
+
+
+def _common_actions(sources: Sources, settings: SurveySettings) -> list[str]:
+    """Return the actions that all sources have. Raises InputError as `plan_survey` does."""
+    if not sources or len(sources) > MAX_SOURCES:
+        raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
+    if settings.preference and len(sources) < 2:
+        raise InputError(
+            "preferences need at least two sources of motion; give another model or "
+            "the real data, or ask for none"
+        )
+    if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
+        raise InputError(
+            "real-or-fake questions need the real data and a model; give both, or ask for none"
+        )
+    actions = [
+        action
+        for action in next(iter(sources.values()))
+        if all(own.get(action) for own in sources.values())
+    ]
+    if not actions:
+        raise InputError(f"the sources {', '.join(sources)} have no action in common")
+    if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
+        raise InputError(
+            f"{settings.preference} rankings of {len(sources)} and "
+            f"{settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
+        )
+    return actions
 
 
 def write_survey(
@@ -223,9 +231,20 @@ def write_survey(
     )
     key_path = target.with_suffix(".key.json")
     key = {
-        "format": KEY_FORMAT, "survey": survey.id, "title": survey.title, "seed": settings.seed, "questions": survey.questions,
-        "clips": {name: {"source": survey.sources[name], "action": clip.action, "provenance": dict(clip.provenance)} for name, clip in survey.clips.items()},
-    }  # fmt: skip
+        "format": KEY_FORMAT,
+        "survey": survey.id,
+        "title": survey.title,
+        "seed": settings.seed,
+        "questions": survey.questions,
+        "clips": {
+            name: {
+                "source": survey.sources[name],
+                "action": clip.action,
+                "provenance": dict(clip.provenance),
+            }
+            for name, clip in survey.clips.items()
+        },
+    }
     with atomic_path(key_path) as temporary:
         temporary.write_text(json.dumps(key, indent=1), encoding="utf-8")
     with atomic_path(target) as temporary:
@@ -234,8 +253,8 @@ def write_survey(
 
 
 def _video(motion: Motion | Film, size: int) -> bytes:
-    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes
-    from."""
+    """Return the clip as an MP4, rendered as a stick figure if it is a motion. The file does not
+    reveal its source."""
     if isinstance(motion, Film):
         return motion.mp4
     from a2v.rendering.stickfigure import StickSettings, animate

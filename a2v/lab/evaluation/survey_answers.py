@@ -16,7 +16,7 @@ MAX_ANSWER_BYTES = 1 << 20
 MAX_KEY_BYTES = 16 << 20
 
 ANSWERS_FORMAT = "a2v-survey-answers/1"
-"""Names the format of the files that the page saves."""
+"""Format name of the files that the page saves."""
 
 
 def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple[float, float]:
@@ -26,7 +26,7 @@ def wilson_interval(successes: int, total: int, *, z: float = 1.959964) -> tuple
     Raises
     ------
     InputError
-        Not 0 <= successes <= total, or nothing was counted.
+        Not 0 <= successes <= total, or `total` is 0.
     """
     if not 0 <= successes <= total or total < 1:
         raise InputError(
@@ -51,7 +51,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """The share; NaN of nothing."""
+        """The share; NaN if there are no answers."""
         return self.count / self.total if self.total else math.nan
 
     def __str__(self) -> str:
@@ -71,8 +71,10 @@ class SurveyResult:
     ranks : dict of source to tuple of int
         How often each source was ranked first, second... (conference paper, Fig. 4).
     over : dict of (source, source) to Share
-        How often the first was ranked before the second (journal paper, Table 3); both orders are
+        How often the first was ranked above the second (journal paper, Table 3); both orders are
         there.
+    by_action : dict of str to dict
+        `over` of the questions about each action (journal paper, Fig. 11).
     judged_real : dict of source to Share
         How often clips of the source were taken for real (conference paper, Fig. 5).
     correct : Share
@@ -82,6 +84,7 @@ class SurveyResult:
     participants: int
     ranks: dict[str, tuple[int, ...]]
     over: dict[tuple[str, str], Share]
+    by_action: dict[str, dict[tuple[str, str], Share]]
     judged_real: dict[str, Share]
     correct: Share
 
@@ -97,10 +100,14 @@ class SurveyResult:
                 "interval": interval,
             }
 
+        def preferences(over: Mapping[tuple[str, str], Share]) -> dict[str, Any]:
+            return {f"{a} over {b}": share(item) for (a, b), item in over.items()}
+
         return {
             "participants": self.participants,
             "ranks": {source: list(counts) for source, counts in self.ranks.items()},
-            "over": {f"{a} over {b}": share(item) for (a, b), item in self.over.items()},
+            "over": preferences(self.over),
+            "by_action": {name: preferences(item) for name, item in self.by_action.items()},
             "judged_real": {source: share(item) for source, item in self.judged_real.items()},
             "correct": share(self.correct),
         }
@@ -112,7 +119,7 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        It is no such file.
+        The file is not such a key.
     """
     key = _read_json(path, MAX_KEY_BYTES, "the key of a survey (NAME.key.json)")
     try:
@@ -128,13 +135,15 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
                 question["kind"] in ("preference", "real")
                 and len(question["clips"]) > 0
                 and isinstance(question["id"], str)
+                and isinstance(question["action"], str)
                 and names >= set(question["clips"])
             )
     except (KeyError, TypeError, AttributeError):
         good = False
     if not good:
         raise InputError(
-            f"{path} is no key of a survey; expected the NAME.key.json that a2v survey wrote beside the page"
+            f"{path} is no key of a survey; expected the NAME.key.json that a2v "
+            "survey wrote beside the page"
         )
     return key
 
@@ -145,9 +154,9 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
     Raises
     ------
     InputError
-        Too large, no such file, of another survey, an unknown question, an answer twice, or a
-        ranking that does not hold every clip of its question once; the message names the file and
-        the question.
+        The file is too large, missing, not of that format or of another survey; a question is
+        unknown or answered twice; or a ranking does not contain each clip of its question once. The
+        message names the file and the question.
     """
     content = _read_json(path, MAX_ANSWER_BYTES, "a participant's answers")
     if content.get("format") != ANSWERS_FORMAT:
@@ -156,7 +165,8 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
         )
     if content.get("survey") != key["survey"]:
         raise InputError(
-            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key is of {key['survey']}"
+            f"{path} answers the survey {str(content.get('survey'))[:40]}; the key "
+            f"is of {key['survey']}"
         )
     participant, answers = content.get("participant"), content.get("answers")
     if (
@@ -185,7 +195,8 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
             or sorted(ranking) != sorted(questions[name]["clips"])
         ):
             raise InputError(
-                f"{path}: the ranking of question {name} must hold each of its {len(questions[name]['clips'])} clips once"
+                f"{path}: the ranking of question {name} must hold each of its "
+                f"{len(questions[name]['clips'])} clips once"
             )
     return content
 
@@ -212,49 +223,51 @@ def analyze(key: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]) -> Sur
         raise InputError(f"participant {doubles[0]} is there twice; keep one file of each")
     source = {name: clip["source"] for name, clip in key["clips"].items()}
     kinds = {question["id"]: question for question in key["questions"]}
-    ranked = sorted(
-        {
-            source[name]
-            for question in key["questions"]
-            if question["kind"] == "preference"
-            for name in question["clips"]
-        }
-    )
-    single = sorted(
-        {
-            source[name]
-            for question in key["questions"]
-            if question["kind"] == "real"
-            for name in question["clips"]
-        }
-    )
+    sources = {
+        kind: sorted({source[n] for q in key["questions"] if q["kind"] == kind for n in q["clips"]})
+        for kind in ("preference", "real")
+    }
+    ranked = sources["preference"]
+    pairs = [(a, b) for a in ranked for b in ranked if a != b]
     ranks = {name: [0] * len(ranked) for name in ranked}
-    before = {(a, b): [0, 0] for a in ranked for b in ranked if a != b}
-    real = {name: [0, 0] for name in single}
+    actions = sorted({q["action"] for q in key["questions"] if q["kind"] == "preference"})
+    preferred = {action: {pair: [0, 0] for pair in pairs} for action in actions}
+    real = {name: [0, 0] for name in sources["real"]}
     correct = [0, 0]
     for answer in (item for person in answers for item in person["answers"]):
         question = kinds[answer["question"]]
         if question["kind"] == "preference":
             order = [source[name] for name in answer["ranking"]]
+            counted = preferred[question["action"]]
             for place, name in enumerate(order):
                 ranks[name][place] += 1
                 for later in order[place + 1 :]:
-                    before[name, later][0] += 1
-                    before[name, later][1] += 1
-                    before[later, name][1] += 1
+                    counted[name, later][0] += 1
+                    counted[name, later][1] += 1
+                    counted[later, name][1] += 1
         else:
             owner = source[question["clips"][0]]
             real[owner][0] += answer["real"]
             real[owner][1] += 1
             correct[0] += answer["real"] == (owner == REAL)
             correct[1] += 1
+    by_action = {
+        action: {pair: Share(*counts) for pair, counts in counted.items()}
+        for action, counted in preferred.items()
+    }
     return SurveyResult(
         participants=len(people),
         ranks={name: tuple(counts) for name, counts in ranks.items()},
-        over={pair: Share(*counts) for pair, counts in before.items()},
+        over={pair: _sum([shares[pair] for shares in by_action.values()]) for pair in pairs},
+        by_action=by_action,
         judged_real={name: Share(*counts) for name, counts in real.items()},
         correct=Share(*correct),
     )
+
+
+def _sum(shares: Sequence[Share]) -> Share:
+    """Return the share of all answers together."""
+    return Share(sum(share.count for share in shares), sum(share.total for share in shares))
 
 
 def survey_table(result: SurveyResult) -> str:
@@ -280,11 +293,14 @@ def survey_table(result: SurveyResult) -> str:
                 + " | ".join(str(Share(count, rankings)) for count in counts)
                 + f" | {mean:.2f} |"
             )
+        named = [pair for pair in result.over if pair[0] < pair[1] or pair[1] == REAL]
         lines += ["", "| preference | share |", "|---|---|"]
+        lines += [f"| {a} over {b} | {result.over[a, b]} |" for a, b in named]
+        lines += ["", "| action | " + " | ".join(f"{a} over {b}" for a, b in named) + " |"]
+        lines.append("|---|" + "---|" * len(named))
         lines += [
-            f"| {a} over {b} | {share} |"
-            for (a, b), share in result.over.items()
-            if a < b or b == REAL
+            f"| {action} | " + " | ".join(str(shares[pair]) for pair in named) + " |"
+            for action, shares in result.by_action.items()
         ]
     if result.correct.total:
         lines += ["", "| source | judged real | answers |", "|---|---|---|"]

@@ -1,4 +1,4 @@
-"""Training of our own action classifiers, for data that the authors published none for."""
+"""Training of our own action classifiers, for data without a published one."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class ClassifierSettings(RunSettings):
         Largest norm of the gradient.
     face_forward : bool
         Windows are turned so that their first frame faces +z, in training and whenever the
-        classifier is asked: it knows actions by how people move, not by where in the laboratory
-        they happened to walk. For data whose classifier nobody published.
+        classifier is used. So it recognizes actions by the movement, not by the heading in the
+        laboratory. For data without a published classifier.
     balance : float
-        Share of a batch that is drawn from all actions alike instead of from all clips: where some
-        actions have few, it learns them too.
+        Share of a batch that is drawn from all actions alike instead of from all clips, so that
+        actions with few clips are learned too.
     """
 
     iterations: int = 1500
@@ -65,7 +65,8 @@ class ClassifierSettings(RunSettings):
             )
         if not 0 <= self.balance <= 1:
             raise InputError(
-                f"balance of the classifier is {self.balance}; expected 0 (clips alike) to 1 (actions alike)"
+                f"balance of the classifier is {self.balance}; expected 0 (clips "
+                "alike) to 1 (actions alike)"
             )
 
 
@@ -136,7 +137,7 @@ class ClassifierTraining(Training):
         }
 
     def content(self) -> dict[str, Any]:
-        """Weights, and under "a2v" what `load_evaluator` says of them."""
+        """Return the weights, and under "a2v" the description that `load_evaluator` returns."""
         info = {
             "dataset": self.dataset.name,
             "dataset_digest": self.dataset.digest,
@@ -161,7 +162,7 @@ def train_classifier(
     settings: ClassifierSettings | None = None,
     on_log: Callable[[dict[str, float]], None] | None = None,
 ) -> Evaluator:
-    """Train, or go on with, the classifier in `folder` (``classifier.pt`` and ``log.csv``).
+    """Train the classifier in `folder`, or resume its training (``classifier.pt`` and ``log.csv``).
 
     The architecture is the papers', the windows are those of their protocol, and the GRU starts
     from random states, so that the result works under both protocols. Every iteration draws from

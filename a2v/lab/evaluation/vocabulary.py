@@ -1,5 +1,5 @@
-"""Every action of a large vocabulary by itself: is it recognized, and how closely does it repeat
-the clips it was learned from?"""
+"""Each action of a large vocabulary: whether it is recognized, and how closely it repeats its
+training clips."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.lab.datasets import ActionDataset
 from a2v.lab.evaluation.classifier import Evaluator
 from a2v.lab.evaluation.metrics import accuracy
-from a2v.lab.evaluation.protocol import Generate, recorded
+from a2v.lab.evaluation.sources import Generate, recorded
 from a2v.types import FloatArray, Progress
 
 START_STEP = 2
@@ -24,7 +24,8 @@ FRAME_STEP = 4
 """Frames between the poses of a window that are compared."""
 
 ENOUGH_CLIPS = 5
-"""Recorded clips from which an action's accuracy says more of the model than of the data."""
+"""Minimum number of recorded clips for which an action's accuracy measures the model rather than
+the data."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,12 @@ def score_actions(
     generate : Generate
         See `a2v.lab.evaluation.protocol.generator_of`.
     clips : int
-        Windows an action, generated and recorded.
+        Windows per action, generated and recorded.
 
     Raises
     ------
     InputError
-        `clips` is not positive, or the classifier is of other actions.
+        `clips` is not positive, or the classifier was trained for other actions.
     """
     if clips < 1:
         raise InputError(f"{clips} clips an action; expected at least 1")
@@ -118,7 +119,8 @@ def score_actions(
 def repetition(
     generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton
 ) -> tuple[float, float | None]:
-    """How near generated windows are to recorded ones, and recorded ones to those of other clips.
+    """Measure how near generated windows are to recorded ones, and recorded ones to those of other
+    clips.
 
     Windows are compared with their first roots at the origin, facing +z.
 
@@ -181,7 +183,8 @@ def vocabulary_table(scores: Sequence[ActionScore]) -> str:
     for row in scores:
         takes = "" if row.takes is None else f"{100 * row.takes:.1f}"
         lines.append(
-            f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | {row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |"
+            f"| {row.action} | {row.clips} | {row.real_accuracy:.2f} | "
+            f"{row.accuracy:.2f} | {100 * row.nearest:.1f} | {takes} |"
         )
     many = [row for row in scores if row.clips >= ENOUGH_CLIPS]
     good = sum(row.accuracy >= 0.5 for row in many)
@@ -189,7 +192,9 @@ def vocabulary_table(scores: Sequence[ActionScore]) -> str:
         np.mean([getattr(row, name) for row in scores]) for name in ("real_accuracy", "accuracy")
     )
     lines.append(
-        f"\nAll actions alike: {made:.3f} of generated windows are recognized, {real:.3f} of recorded ones. "
-        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are recognized at least half of the time."
+        f"\nAll actions alike: {made:.3f} of generated windows are recognized, "
+        f"{real:.3f} of recorded ones. "
+        f"Of the {len(many)} actions with {ENOUGH_CLIPS} clips or more, {good} are "
+        "recognized at least half of the time."
     )
     return "\n".join(lines)

@@ -12,24 +12,23 @@ from a2v.rendering import ViewCamera
 from a2v.types import Body, ByteArray, FloatArray, OrthographicCamera, Subject
 
 TOLERANCE = 0.02
-"""Meters behind what the photo saw first up to which a point counts as seen."""
+"""Distance in meters behind the first visible point up to which a point counts as visible."""
 BACKGROUND = 235
 """Gray around the person."""
 
 
 class Warp:
-    """What the photo shows of a body's surface, moved to where the posed body has that surface; no
-    shape, no learned network.
+    """The photo's colors moved along with the posed body; no shape, no learned network.
 
-    Every pixel of a view that the posed body covers takes the color which the photo has at the
-    same point of the body. What the photo did not see takes that of the nearest pixel which it did.
-    Hair and clothes that stand off from the body are lost.
+    Each pixel of a view that the posed body covers takes the color of the photo at the same point
+    of the body. Points that the photo does not show take the color of the nearest pixel that it
+    shows. Hair and clothes that stand off from the body are lost.
 
     Parameters
     ----------
     subject : Subject
     body : Body
-        As it stands in the photo.
+        In the photo's pose.
     camera : OrthographicCamera
         Of ``subject.image``.
     """

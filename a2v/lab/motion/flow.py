@@ -21,7 +21,7 @@ from a2v.lab.motion.windows import WindowCodec
 from a2v.lab.runs import RunSettings
 
 GUIDANCE = 1.5
-"""How far velocities are pushed towards the action when nothing else is asked for
+"""Default strength with which velocities are pushed towards the action
 (docs/research/motion-flow.md)."""
 
 
@@ -60,15 +60,15 @@ class FlowSettings(RunSettings):
         Share of windows that are drawn with all actions alike; the others with all clips alike. For
         sets with rare actions.
     face_forward : bool
-        Windows are turned so that their first frame faces +z: where somebody happened to walk in
-        the laboratory is not learned, and any heading can be continued.
+        Windows are turned so that their first frame faces +z. So the heading of the recording is
+        not learned, and any heading can be continued.
     context_dropout : float
         Share of windows that are learned without context.
     action_dropout : float
         Share of windows that are learned without an action, which guidance needs.
     emphasis : float
-        Each coefficient's error counts with its standard deviation to this power: 0 treats all
-        alike, 1 as they move the joints.
+        Exponent of the standard deviation with which a coefficient's error is weighted: 0 weights
+        all alike, 1 by how much they move the joints.
     half : bool
         Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU
         that has it.
@@ -77,8 +77,8 @@ class FlowSettings(RunSettings):
     pool : int
         Windows that are encoded at a time.
     initial : str
-        ``flow.pt`` of a run of the same sizes and actions to start from, whatever its code kept, or
-        an exported flow of the same sizes, whose actions are found by name; "" to start anew.
+        ``flow.pt`` of a run of the same sizes and actions to start from, or an exported flow of the
+        same sizes, whose actions are matched by name. "" starts from random weights.
     """
 
     code_size: int = 384
@@ -122,7 +122,7 @@ class FlowSettings(RunSettings):
 
 
 class Modulation(NamedTuple):
-    """What a condition makes of a block, (B, W) each."""
+    """Scale, shift and gate of a block under a condition, (B, W) each."""
 
     scale: Tensor
     shift: Tensor
@@ -171,8 +171,8 @@ class FlowNetwork(nn.Module):
     n_actions : int
     settings : FlowSettings
     traits : sequence of sequences of str
-        What each action shares with others: an action is known by itself and by these, so that one
-        with three clips learns from its like. Empty: by itself alone.
+        Traits that each action shares with others, so that an action with three clips learns from
+        similar ones. Empty: no action shares anything.
     """
 
     frequencies: Tensor
@@ -220,7 +220,7 @@ class FlowNetwork(nn.Module):
         context : (B, C)
             Code of the frames that are continued.
         has_context : (B,)
-            1 where `context` counts, 0 where the window starts by itself.
+            1 if `context` is used, 0 if the window starts a motion.
         """
         known = torch.cat([context * has_context[:, None], has_context[:, None]], -1)
         action = self.action(actions)
@@ -230,7 +230,7 @@ class FlowNetwork(nn.Module):
         return result
 
     def modulations(self, time: Tensor, condition: Tensor) -> list[Modulation]:
-        """What each block is modulated by at times (B,) under conditions (B, C)."""
+        """Return the modulation of each block at times (B,) under conditions (B, C)."""
         inner: Tensor = self.time(self._waves(time)) + condition
         shared = nn.functional.silu(self.mix(nn.functional.silu(inner)))
         blocks: list[_Block] = list(self.blocks)  # type: ignore[arg-type]
@@ -279,9 +279,9 @@ class FlowNetwork(nn.Module):
             Steps that start at this time or later are not guided: the action is settled early, and
             pushing what follows only takes variety away (Kynkäänniemi et al. 2024).
         steer : callable or None
-            Moves codes (B, D) to where they are wanted. It is applied to the code that the velocity
-            heads for, at every evaluation, and to the result: what the constraints leave open is
-            settled by the flow, around it.
+            Moves codes (B, D) towards the constraints. It is applied at every evaluation to the
+            code that the velocity heads for, and to the result. The flow decides whatever the
+            constraints leave open.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]

@@ -25,7 +25,7 @@ FILE = "flow.pt"
 
 
 class Windows(NamedTuple):
-    """Encoded windows with what conditions them: codes (N, D), labels (N,), active shares (N,),
+    """Encoded windows with their conditions: codes (N, D), labels (N,), active shares (N,),
     context codes (N, C)."""
 
     codes: Tensor
@@ -35,7 +35,7 @@ class Windows(NamedTuple):
 
 
 class WindowPool:
-    """Encoded random windows with what conditions them; drawn anew now and then."""
+    """Encoded random windows with their conditions. They are drawn again from time to time."""
 
     def __init__(
         self,
@@ -72,9 +72,9 @@ class FlowTraining(Training):
     Attributes
     ----------
     network, averaged : FlowNetwork
-        What learns, and the moving average of its weights.
+        The network in training, and the moving average of its weights.
     codec : WindowCodec
-        Known once the training has begun or gone on.
+        Set once the training has begun or was resumed.
     """
 
     STORED = ("network", "averaged", "codec")
@@ -102,9 +102,13 @@ class FlowTraining(Training):
         """Fit the code, or take over another run's weights."""
         chosen = self.settings
         sizes = CodecSettings(
-            size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
-            foot_place=chosen.foot_place, foot_step=chosen.foot_step, forward=chosen.face_forward,
-        )  # fmt: skip
+            size=chosen.code_size,
+            context_size=chosen.context_size,
+            context_frames=chosen.context_frames,
+            foot_place=chosen.foot_place,
+            foot_step=chosen.foot_step,
+            forward=chosen.face_forward,
+        )
         self.codec = WindowCodec.fit(self.dataset, sizes, seed=chosen.seed)
         if chosen.initial:
             self.codec = carry_over(
@@ -144,7 +148,7 @@ class FlowTraining(Training):
 
     @functools.cached_property
     def pool(self) -> WindowPool:
-        """Where windows come from."""
+        """Return the source of windows."""
         return WindowPool(
             self.dataset,
             self.codec,
@@ -212,8 +216,8 @@ def train_flow(
     settings: FlowSettings | None = None,
     on_log: Callable[[FlowModel, dict[str, float]], None] | None = None,
 ) -> FlowModel:
-    """Train, or go on with, the flow in `folder` (``flow.pt`` every few minutes, at the end and on
-    Ctrl-C).
+    """Train the flow in `folder`, or resume its training (``flow.pt`` every few minutes, at the end
+    and on Ctrl-C).
 
     Parameters
     ----------

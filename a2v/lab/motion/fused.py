@@ -1,8 +1,7 @@
-"""The products that the motion VAE's layers come down to, named once for the recurrence and the
-export.
+"""Fused products of the motion VAE's layers, for the recurrence and the export.
 
-Layers without a non-linearity between them are one product: less to do for a frame, where it is the
-number of operations that costs.
+Layers without a non-linearity between them are one product. For a single frame the number of
+operations is what costs time.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ class Affine(NamedTuple):
     bias: Tensor
 
     def after(self, first: Affine | nn.Linear) -> Affine:
-        """This map of what `first` gives, as one."""
+        """Compose: this map after `first`."""
         return Affine(self.weight @ first.weight, self.weight @ first.bias + self.bias)
 
 
 class VelocityLayers(NamedTuple):
-    """GLMI's layers from the first product to the root's velocity: `hidden` ones, leaky ReLUs of
-    slope `leak` after each, and the `last`."""
+    """GLMI's layers from the first product to the root's velocity: the `hidden` ones, each followed
+    by a leaky ReLU of slope `leak`, and the `last`."""
 
     hidden: list[nn.Linear]
     last: nn.Linear
@@ -42,25 +41,26 @@ class VelocityLayers(NamedTuple):
 
 
 def gru_inputs(gru: nn.GRU, layer: int) -> Affine:
-    """What a layer makes of its inputs: (3H, D) and (3H,), gates reset, update, candidate."""
+    """Return a layer's map of its inputs: (3H, D) and (3H,), gates reset, update, candidate."""
     return Affine(getattr(gru, f"weight_ih_l{layer}"), getattr(gru, f"bias_ih_l{layer}"))
 
 
 def gru_state(gru: nn.GRU, layer: int) -> Affine:
-    """What a layer makes of its state: (3H, H) and (3H,), gates reset, update, candidate."""
+    """Return a layer's map of its state: (3H, H) and (3H,), gates reset, update, candidate."""
     return Affine(getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
 
 
 def from_root(weight: Tensor) -> Tensor:
-    """Columns (O, 3J) for poses as they are, of columns for poses whose joints are relative to the
-    root: the root's columns take off what the others add."""
+    """Convert columns (O, 3J) for poses relative to the root into columns for absolute poses.
+
+    The root's columns subtract what the other columns add."""
     shared = weight.reshape(len(weight), -1, 3).sum(1)
     return torch.cat([weight[:, :3] - shared, weight[:, 3:]], 1)
 
 
 def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
-    """`entry`, whose first columns are of the pose before as `VAESettings.feedback` has it, for
-    that pose as it is."""
+    """Return `entry` for the absolute previous pose; its first columns are for
+    `VAESettings.feedback` of it."""
     if not decoder.settings.relative:
         return entry
     size = 3 * decoder.skeleton.n_joints
@@ -70,7 +70,7 @@ def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
 
 
 def prior_entry(prior: GaussianGRU, decoder: PoseDecoder) -> Affine:
-    """Encoder and gates: (3H, 3J + A + 1) and (3H,), of pose before, action and time counter."""
+    """Encoder and gates: (3H, 3J + A + 1) and (3H,), of previous pose, action and time counter."""
     return _of_pose(gru_inputs(prior.gru, 0).after(prior.encoder), decoder)
 
 
@@ -81,8 +81,8 @@ def prior_exit(prior: GaussianGRU) -> Affine:
 
 
 def generator_entry(generator: Generator, decoder: PoseDecoder) -> Affine:
-    """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of pose before, action, time
-    counter and latent."""
+    """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of previous pose, action,
+    time counter and latent."""
     return _of_pose(gru_inputs(generator.gru, 0).after(generator.encoder), decoder)
 
 
@@ -109,7 +109,7 @@ def generator_exit(generator: Generator, decoder: PoseDecoder) -> Affine:
 
 
 def velocity_layers(decoder: PoseDecoder) -> VelocityLayers:
-    """The layers of GLMI-M's network, or of what follows GLMI-R's GRU."""
+    """Return the layers of GLMI-M's network, or those after GLMI-R's GRU."""
     assert decoder.velocity_net is not None
     layers = list(decoder.velocity_net.modules())
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
@@ -118,11 +118,11 @@ def velocity_layers(decoder: PoseDecoder) -> VelocityLayers:
 
 
 def velocity_entry(decoder: PoseDecoder) -> Affine:
-    """GLMI's first product of local joints (3J), the poses before (3J) and h^o, GLMI-R's gates
-    included: (H or 3H, 6J + h^o).
+    """Return GLMI's first product of local joints (3J), the previous poses (3J) and h^o: (H or 3H,
+    6J + h^o).
 
-    The network is told poses relative to their root; here the root's columns take off what the
-    others add, so that poses are given as they are.
+    It includes GLMI-R's gates. The network sees poses relative to their root. Here the root's
+    columns subtract what the others add, so that the input is the absolute pose.
     """
     first = (
         velocity_layers(decoder).hidden[0] if decoder.velocity_gru is None else decoder.velocity_in

@@ -1,5 +1,5 @@
-"""What a flow's training starts from: the weights of another run, or of an exported flow, under a
-code and actions of its own."""
+"""Initial weights of a flow's training: those of another run or of an exported flow, converted to
+the new run's code and actions."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ import torch
 from torch import Tensor
 
 from a2v.errors import InputError
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.motion.flow import FlowNetwork
 from a2v.lab.motion.windows import LinearCode, WindowCodec
-from a2v.lab.runs import read_checkpoint
 from a2v.motion.card import WINDOW_FORMAT, parse_card
 from a2v.types import FloatArray
 
 
 class Start(NamedTuple):
     """A trained flow: weights by the names of `FlowNetwork`, its code, and its actions with their
-    traits, or None where they are not known."""
+    traits, or None if they are not known."""
 
     weights: dict[str, Tensor]
     codec: WindowCodec
@@ -50,14 +50,14 @@ def carry_over(
     path : str
         ``flow.pt`` of a run, or an exported ``.onnx``.
     features : int
-        Numbers a frame.
+        Numbers per frame.
     actions, traits
         Of `network`.
 
     Raises
     ------
     InputError
-        It has other sizes or windows, or, in a run, other actions.
+        The file has other sizes or windows, or, if it is a run's, other actions.
     """
     start = _exported(path) if Path(path).suffix == ".onnx" else _run(path, features)
     own = network.state_dict()
@@ -79,7 +79,8 @@ def carry_over(
         or theirs.context_frames != codec.context_frames
     ):
         raise InputError(
-            f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out"
+            f"{path} has other sizes, actions or windows; give the same --flow "
+            "settings, or leave initial out"
         )
     rotation = torch.from_numpy(codec.window.rotation_to(theirs.window).T.copy())
     changed = {"entry.weight": weights["entry.weight"] @ rotation} | {
@@ -90,7 +91,7 @@ def carry_over(
 
 
 def stored_codec(content: Mapping[str, Any], features: int) -> WindowCodec:
-    """The codec of a run's ``flow.pt``, of `features` numbers a frame."""
+    """The codec of a run's ``flow.pt``, of `features` numbers per frame."""
     return WindowCodec.from_arrays(
         {name: array.numpy() for name, array in content["codec"].items()}, features
     )

@@ -46,9 +46,8 @@ def vae_losses(
         Eq. 13, the sum over joints of the Euclidean norm, or the published code's mean squared
         error.
     roots : "absolute" or "relative"
-        Whether joints are compared where they are, or each from its own root, and in the root's
-        place its way since the frame before: networks that see relative roots cannot know how far
-        they have drifted.
+        Whether absolute joints are compared, or joints relative to the root and the root's step
+        since the last frame. Networks with relative roots cannot know how far they have drifted.
     """
     difference = result.pose.joints - joints
     if roots == "relative":

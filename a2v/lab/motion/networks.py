@@ -18,6 +18,7 @@ from a2v.lab.runs import NEWER
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
 Roots = Literal["absolute", "relative"]
+Prior = Literal["learned", "fixed"]
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,16 @@ class VAESettings:
     latent_size : int
         Dimension of z.
     trajectory_size : int
-        Dimension of h^o, what the generator tells the trajectory network (GLMI only).
+        Dimension of h^o, the generator's output for the trajectory network (GLMI only).
     roots : "absolute" or "relative"
-        What the networks know of the root: where it is, or how it moved since the frame before
-        ("works better", Sec. 4.1.1).
+        Whether the networks see the root's position, or its step since the last frame ("works
+        better", Sec. 4.1.1).
     root_rotation : bool
-        Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first
-        bones of the chains turn with the body. Not for "plain".
+        Whether a rotation W_0 of the whole body is decoded too (Eq. 6). Without it, the first bones
+        of the chains turn with the body. Not for "plain".
+    prior : "learned" or "fixed"
+        A prior network that sees the previous pose (Eq. 8 and 10), or the standard normal
+        distribution N(0, I) in every frame (Eq. 7).
     """
 
     decoder: Decoder = "glmi-m"
@@ -48,6 +52,7 @@ class VAESettings:
     trajectory_size: int = 20
     roots: Roots = field(default="absolute", metadata=NEWER)
     root_rotation: bool = field(default=False, metadata=NEWER)
+    prior: Prior = field(default="learned", metadata=NEWER)
 
     def __post_init__(self) -> None:
         if self.decoder not in DECODERS:
@@ -56,9 +61,14 @@ class VAESettings:
             raise InputError(
                 f"unknown roots '{self.roots}'; choose from {', '.join(get_args(Roots))}"
             )
+        if self.prior not in get_args(Prior):
+            raise InputError(
+                f"unknown prior '{self.prior}'; choose from {', '.join(get_args(Prior))}"
+            )
         if self.root_rotation and self.decoder == "plain":
             raise InputError(
-                "the decoder 'plain' has no rotations; leave root_rotation out, or choose another decoder"
+                "the decoder 'plain' has no rotations; leave root_rotation out, or "
+                "choose another decoder"
             )
 
     @property
@@ -67,8 +77,8 @@ class VAESettings:
         return self.roots == "relative"
 
     def feedback(self, poses: Tensor) -> Tensor:
-        """Poses (..., J, 3) as prior and generator are told of the frame before: each from its own
-        root if `relative`."""
+        """Return previous poses (..., J, 3) as prior and generator see them: relative to the root
+        if `relative`."""
         return poses - poses[..., :1, :] if self.relative else poses
 
 
@@ -86,6 +96,28 @@ class GaussianGRU(nn.Module):
         """Mean and log variance (B, T, Z) and final state (1, B, H) of inputs (B, T, D)."""
         hidden, state = self.gru(self.encoder(inputs), state)
         return self.mu_net(hidden), self.logvar_net(hidden), state
+
+
+class StandardNormal(nn.Module):
+    """The fixed prior N(0, I) of Eq. 7, called like `GaussianGRU`.
+
+    Attributes
+    ----------
+    logvar : (Z,)
+        Zeros, unless a temperature scales the exported model's noise.
+    """
+
+    logvar: Tensor
+
+    def __init__(self, settings: VAESettings) -> None:
+        super().__init__()
+        self.register_buffer("logvar", torch.zeros(settings.latent_size))
+
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean and log variance (B, T, Z), the same for all inputs (B, T, D), and the state as it
+        was given."""
+        logvar = self.logvar.expand(*inputs.shape[:2], -1)
+        return torch.zeros_like(logvar), logvar, inputs.new_zeros(0) if state is None else state
 
 
 class Generator(nn.Module):
@@ -128,7 +160,7 @@ class Pose(NamedTuple):
 
 
 class PoseDecoder(nn.Module):
-    """The four pose decodings of Fig. 4 behind one call.
+    """The four pose decodings of Fig. 4 with one interface.
 
     Parameters
     ----------
@@ -189,8 +221,8 @@ class PoseDecoder(nn.Module):
 
     @property
     def turns(self) -> int:
-        """Number of components of the rotation vectors that are decoded; W_0's, where there is one,
-        are the last three."""
+        """Number of decoded components of rotation vectors; W_0's are the last three, if it is
+        decoded."""
         return 3 * (self.skeleton.n_joints - 1 + self.settings.root_rotation)
 
     @property
@@ -201,7 +233,7 @@ class PoseDecoder(nn.Module):
 
     @property
     def from_last_root(self) -> bool:
-        """Whether what is decoded is where the body is from the root of the frame before."""
+        """Whether the decoded position is relative to the root of the last frame."""
         return self.follows_trajectory or self.settings.relative
 
     def forward(
@@ -213,7 +245,7 @@ class PoseDecoder(nn.Module):
         ----------
         outputs : (B, T, D)
         previous : (B, T, J, 3)
-            Poses before each frame (zeros before the first), native units.
+            Previous pose of each frame (zeros for the first), native units.
         lengths : (B, J)
             Bone lengths, native units.
         state : (1, B, H) or None

@@ -1,11 +1,10 @@
-"""Sequences that are fed their own poses: the roll-out, and the gradient through the feedback.
+"""Sequences that see their own poses: the roll-out, and the gradient through the feedback.
 
-Training a sequence without teacher forcing needs two passes that only know one frame at a time:
-forward, to get the poses that are fed back, and backward, since a pose's gradient includes what the
-next frame made of it. Both are written out here and do only that. Everything else (the weights'
-gradients, the latents', the prior's) comes from the parallel pass over all frames, which is run on
-the rolled out poses as it is on real ones: with the complete gradient by each pose it gives the
-gradients of the whole recurrence.
+Training a sequence without teacher forcing needs two passes that go frame by frame: forward, for
+the poses that are fed back, and backward, since a pose's gradient includes that of the next frame.
+Both are written out here and do only that. All other gradients (of weights, latents, prior) come
+from the parallel pass over all frames, which runs on the rolled out poses as on real ones. With the
+complete gradient with respect to each pose, it gives the gradients of the whole recurrence.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class GRUTrace:
     Parameters
     ----------
     weight, bias : (3H, H), (3H,)
-        What the state is multiplied with: nn.GRU's ``weight_hh`` and ``bias_hh`` (gates reset,
+        Weight and bias of the state: nn.GRU's ``weight_hh`` and ``bias_hh`` (gates reset,
         update, candidate).
     frames, batch : int
     """
@@ -76,14 +75,14 @@ class GRUTrace:
         return torch.lerp(candidate, state, update, out=self.states[frame + 1])
 
     def back(self, frame: int, gradient: Tensor) -> Tensor:
-        """Gradient (B, 3H) by the inputs of `frame`, given that by its state from outside of the
-        layer (B, H).
+        """Return the gradient (B, 3H) with respect to the inputs of `frame`, given that of its
+        state (B, H) from outside of the layer.
 
         Frames must be visited once each, from the last to the first.
         """
         size, candidate = self.size, self._candidates[frame]
         reset, update = self._gates[frame].chunk(2, 1)
-        # what goes to the state and what goes to the inputs are one slice each
+        # the state's part and the inputs' part are one slice each
         result = gradient.new_empty(len(gradient), 4 * size)
         by_product, by_reset, by_update, by_candidate = result.chunk(4, 1)
         gradient = self._carried.add_(gradient)
@@ -99,7 +98,7 @@ class GRUTrace:
 
 
 class RollOut:
-    """Poses of sequences that are fed back what they generate.
+    """Poses of sequences whose generated poses are fed back.
 
     Parameters
     ----------
@@ -202,14 +201,15 @@ class RollOut:
 
     @torch.no_grad()
     def pull_back(self, joints: Tensor, velocity: Tensor | None) -> Tensor:
-        """Gradients by the poses with what they do to all later ones; to be called once.
+        """Return the gradients with respect to the poses, their effect on all later ones included.
+        Call once.
 
         Parameters
         ----------
         joints : (B, T, J, 3)
-            Gradient of the loss by the poses as such.
+            Direct gradient of the loss with respect to the poses.
         velocity : (B, T, 3) or None
-            Gradient by GLMI's velocities.
+            Gradient with respect to GLMI's velocities.
 
         Returns
         -------
@@ -231,7 +231,7 @@ class RollOut:
         return _points(total.transpose(0, 1))
 
     def _way_back(self) -> None:
-        """What of the way back is known for all frames at once."""
+        """Prepare the parts of the backward pass that are known for all frames at once."""
         if not self.kept:
             return
         whole = {name: torch.stack([kept[name] for kept in self.kept]) for name in self.kept[0]}

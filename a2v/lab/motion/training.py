@@ -107,7 +107,7 @@ class VAETraining(Training):
     ----------
     model : MotionVAE
     generator : numpy Generator
-        Draws batches, noise and who is given real poses.
+        Draws batches, noise, and the sequences that see real poses.
     """
 
     STORED = ("model", "generator")
@@ -184,13 +184,13 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     Raises
     ------
     InputError
-        GLMI is asked for data without a trajectory.
-    """
+        GLMI was requested for data without a trajectory."""
     spread = max(float(np.abs(joints[:, 0] - joints[:1, 0]).max()) for joints in dataset.joints)
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
         # NTU-VIBE's roots sway by centimeters and go nowhere: no use
         raise InputError(
-            f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'"
+            f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; "
+            "use 'lie' or 'plain'"
         )
     return VAETraining(dataset, vae, settings)
 
@@ -203,7 +203,7 @@ def train(
     settings: TrainSettings | None = None,
     on_log: Callable[[VAETraining, dict[str, float]], None] | None = None,
 ) -> MotionVAE:
-    """Train, or go on with, the run in `folder`.
+    """Train in `folder`, or resume its run.
 
     Writes ``checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``log.csv``.
 
@@ -221,8 +221,8 @@ def train(
     Raises
     ------
     InputError
-        GLMI is asked for data without a trajectory, the run in `folder` was made with other data or
-        settings, or training diverges.
+        GLMI was requested for data without a trajectory, the run in `folder` was made with other
+        data or settings, or training diverges.
     """
     vae, settings = vae or VAESettings(), settings or TrainSettings()
     run = Run(

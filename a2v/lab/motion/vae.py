@@ -9,12 +9,19 @@ import torch
 from torch import Tensor, nn
 
 from a2v.kinematics import Skeleton
-from a2v.lab.motion.networks import GaussianGRU, Generator, Pose, PoseDecoder, VAESettings
+from a2v.lab.motion.networks import (
+    GaussianGRU,
+    Generator,
+    Pose,
+    PoseDecoder,
+    StandardNormal,
+    VAESettings,
+)
 from a2v.lab.motion.recurrence import RollOut, with_feedback
 
 
 def shifted(frames: Tensor) -> Tensor:
-    """What comes before each frame: (B, T, ...) moved on by one, zeros first."""
+    """Return the previous frames: (B, T, ...) shifted by one, zeros first."""
     return torch.cat([torch.zeros_like(frames[:, :1]), frames[:, :-1]], 1)
 
 
@@ -27,8 +34,8 @@ class States(NamedTuple):
 
 
 class Reconstruction(NamedTuple):
-    """Training pass over (B, T) frames: decoded pose, both Gaussians (B, T, Z), and the poses (B,
-    T, J, 3) that came before, real or the model's own."""
+    """Training pass over (B, T) frames: decoded pose, both Gaussians (B, T, Z), and the previous
+    poses (B, T, J, 3), real or the model's own."""
 
     pose: Pose
     posterior_mean: Tensor
@@ -56,7 +63,9 @@ class MotionVAE(nn.Module):
         self.skeleton, self.n_actions, self.settings = skeleton, n_actions, settings
         inputs = 3 * skeleton.n_joints + n_actions + 1
         self.posterior = GaussianGRU(inputs, settings)
-        self.prior = GaussianGRU(inputs, settings)
+        self.prior = (
+            StandardNormal(settings) if settings.prior == "fixed" else GaussianGRU(inputs, settings)
+        )
         self.pose_decoder = PoseDecoder(skeleton, settings)
         self.generator = Generator(
             inputs + settings.latent_size, self.pose_decoder.input_size, settings
@@ -81,12 +90,12 @@ class MotionVAE(nn.Module):
         noise: Tensor,
         states: States,
     ) -> tuple[Pose, States]:
-        """Generate one frame from the learned prior.
+        """Generate one frame from the prior.
 
         Parameters
         ----------
         previous : (B, J, 3)
-            Pose before, native units; zeros before the first.
+            Previous pose, native units; zeros for the first.
         actions : (B, A)
             One-hot.
         counter : (B, 1)
@@ -111,8 +120,8 @@ class MotionVAE(nn.Module):
         )
 
     def decode(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
-        """Poses of sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no
-        loop over frames."""
+        """Decode sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no loop
+        over frames."""
         outputs, _ = self.generator(
             torch.cat([self.settings.feedback(previous).flatten(2), condition, latent], -1)
         )
@@ -138,10 +147,10 @@ class MotionVAE(nn.Module):
             One-hot.
         lengths : (B, J)
         noise : (B, T, Z)
-            Draws of the reparameterisation trick.
+            Draws of the reparameterization trick.
         teacher : (B,) bool
-            Which sequences are given the real previous poses p_{t-1}; the others are given the
-            model's own, and gradients flow through them. None: all.
+            Which sequences see the real previous poses p_{t-1}. The others see the model's own, and
+            gradients flow through them. None: all see real poses.
         """
         condition = self.condition(actions, joints.shape[1])
         posterior_mean, posterior_logvar, _ = self.posterior(
@@ -181,8 +190,8 @@ class MotionVAE(nn.Module):
         )
 
     def observed(self, joints: Tensor) -> Tensor:
-        """Real poses (B, T, J, 3) as the posterior sees them: with relative roots, each from its
-        own root, and in the root's place its way since the frame before."""
+        """Return real poses (B, T, J, 3) as the posterior sees them. With relative roots, joints
+        are relative to the root, and the root's entry is its step since the last frame."""
         if not self.settings.relative:
             return joints
         roots = joints[:, :, :1]
@@ -206,7 +215,7 @@ class MotionVAE(nn.Module):
         Parameters
         ----------
         actions : (B, T, A)
-            One-hot per frame, so that an action can change on the way.
+            One-hot per frame, so that the action can change within a clip.
         lengths : (B, J)
         noise : (B, T, Z)
         """

@@ -1,8 +1,8 @@
 """Whole windows of motion as short codes: bone directions and root path through a linear basis
 (PCA).
 
-What a plain PCA leaves out is small for the pose and large for a foot that ought to stand, so the
-basis is the best one for a sum of squares in which the feet's places and steps count beside the
+The remainder of a plain PCA is small for the pose, but large for a foot that should stand still. So
+the basis is optimal for a sum of squares that includes the feet's places and steps beside the
 directions (`foot_metric`).
 """
 
@@ -22,17 +22,19 @@ from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.types import FloatArray
 
+_LEAST_SCALE = 1e-5
+"""Standard deviation of a direction below which nothing varies in it."""
 CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 
 
 def foot_metric(
     skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float
 ) -> FloatArray:
-    """Sum of squares over a window that the feet's places and steps enter: x^T M x for flat
+    """Return M of the sum of squares x^T M x, which includes the feet's places and steps, for flat
     features x of `frames` frames.
 
     Feet are linear in the features for bones of given lengths, as long as directions are not
-    normalized anew.
+    normalized again.
 
     Parameters
     ----------
@@ -70,7 +72,7 @@ class LinearCode:
     ----------
     mean : (N,) float32
     basis : (D, N) float32
-        Rows that a code combines; orthonormal in the metric.
+        Rows that a code combines, orthonormal in the metric.
     encoder : (D, N) float32
         Rows that make coefficients from features: the basis times the metric.
     scale : (D,) float32
@@ -88,7 +90,8 @@ class LinearCode:
         N), else the identity."""
         if size > min(features.shape):
             raise InputError(
-                f"a code of {size} numbers needs at least as many windows and features; got {features.shape}"
+                f"a code of {size} numbers needs at least as many windows and "
+                f"features; got {features.shape}"
             )
         mean = features.mean(axis=0, dtype=np.float64)
         centered = (features - mean).astype(np.float64)
@@ -112,16 +115,23 @@ class LinearCode:
             )
         return cls(*(part.astype(np.float32) for part in (mean, basis, encoder, scale)))
 
+    @property
+    def inverse_scale(self) -> FloatArray:
+        """1 / scale (D,), and 0 for directions in which nothing varies: few clips have few
+        directions, and 1 / scale of the others is not a number in half precision."""
+        varies = self.scale > _LEAST_SCALE
+        return np.where(varies, 1 / np.where(varies, self.scale, 1), 0).astype(np.float32)
+
     def encode(self, features: FloatArray) -> FloatArray:
         """Codes (M, D) of features (M, N)."""
-        code: FloatArray = (features - self.mean) @ self.encoder.T / self.scale
+        code: FloatArray = (features - self.mean) @ self.encoder.T * self.inverse_scale
         return code
 
     def rotation_to(self, other: LinearCode) -> FloatArray:
-        """The rotation Q (D, D) float32 nearest to what turns codes of `other` into codes of this:
-        this = Q other.
+        """Return the rotation Q (D, D) float32 nearest to the map from codes of `other` to codes of
+        this: this = Q other.
 
-        Both codes are white, so for windows that both can tell apart it is exact.
+        Both codes are white, so Q is exact for windows that both can tell apart.
         """
         between = (self.encoder @ other.basis.T) * other.scale / self.scale[:, None]
         left, _, right = np.linalg.svd(between)

@@ -1,7 +1,7 @@
-"""The papers' own reconstruction out of the user's checkpoints: PIFuHD's geometry, PIFu's colors
+"""The papers' own reconstruction from the user's checkpoints: PIFuHD's geometry, PIFu's colors
 (Sec. 4.2.1 of the journal paper).
 
-The networks are written anew after Saito et al. 2019 and 2020; weights are not shipped (PIFu's are
+The networks are implemented from Saito et al. 2019 and 2020; weights are not shipped (PIFu's are
 MIT, PIFuHD's CC BY-NC).
 """
 

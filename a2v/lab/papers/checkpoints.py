@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from a2v.errors import InputError
 from a2v.io import shorten
-from a2v.lab.runs import load_tensors
+from a2v.lab.checkpoints import load_tensors
 
 State = Mapping[str, Tensor]
 
@@ -25,12 +25,12 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
     Parameters
     ----------
     inside : str
-        The entry that holds them; "" where the file is nothing but tensors.
+        The entry that holds them; "" if the file holds only tensors.
 
     Raises
     ------
     InputError
-        The file is missing, holds code or is damaged, or has no such entry.
+        The file is missing, holds code, is damaged, or lacks the entry.
     """
     try:
         with torch.serialization.safe_globals(
@@ -39,9 +39,10 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
             content: Any = load_tensors(path)
     except InputError:
         raise
-    except Exception:  # torch raises many kinds for what it cannot or will not read
+    except Exception:  # torch raises many kinds for a file that it cannot or refuses to read
         raise InputError(
-            f"{path} cannot be read as a checkpoint: it is damaged, or holds more than tensors and plain values"
+            f"{path} cannot be read as a checkpoint: it is damaged, or holds more "
+            "than tensors and plain values"
         ) from None
     if inside:
         content = content.get(inside) if isinstance(content, dict) else None
@@ -51,7 +52,8 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
         or not all(isinstance(value, Tensor) for value in content.values())
     ):
         raise InputError(
-            f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; is it another network's checkpoint?"
+            f"{path} holds no named tensors{f' under {inside!r}' if inside else ''}; "
+            "is it another network's checkpoint?"
         )
     state = {str(name).removeprefix("module."): value for name, value in content.items()}
     return {
@@ -60,18 +62,18 @@ def read_state(path: str | Path, *, inside: str = "") -> dict[str, Tensor]:
 
 
 def part(state: State, prefix: str) -> dict[str, Tensor]:
-    """The tensors whose names begin with `prefix`, without it."""
+    """Return the tensors whose names begin with `prefix`, by their names without it."""
     return {name[len(prefix) :]: value for name, value in state.items() if name.startswith(prefix)}
 
 
 def numbers(state: State, pattern: str) -> list[int]:
-    """The distinct numbers that the one group of `pattern` finds at the beginning of names, in
+    """Return the distinct numbers that the group of `pattern` matches at the beginning of names, in
     order."""
     return sorted({int(found[1]) for name in state if (found := re.match(pattern, name))})
 
 
 def channels(state: State, name: str, axis: int) -> int:
-    """The size of a tensor along an axis.
+    """Return the size of a tensor along an axis.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def channels(state: State, name: str, axis: int) -> int:
 
 
 def fill(module: nn.Module, state: State, what: str) -> None:
-    """Give a network every one of its tensors, and demand that none is left.
+    """Set all tensors of a network, and check that none is left over.
 
     Raises
     ------
@@ -104,7 +106,8 @@ def fill(module: nn.Module, state: State, what: str) -> None:
             raise InputError(f"{what}: '{name}' holds NaN or infinity")
     if unknown := sorted(set(state) - set(wanted)):
         raise InputError(
-            f"{what} has '{shorten(unknown[0], 80)}', which this network does not have; is it another network's checkpoint?"
+            f"{what} has '{shorten(unknown[0], 80)}', which this network does not "
+            "have; is it another network's checkpoint?"
         )
     module.load_state_dict(dict(state), assign=True)
     module.eval()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from a2v.lab.papers.models import Part
 
 FORMAT = 1
-"""Changed when the same checkpoint becomes other graphs."""
+"""Increased when the same checkpoint is converted to other graphs."""
 KINDS: Mapping[str, Sequence[str]] = {
     "geometry": ("features", "points"),
     "color": ("features", "points"),
@@ -31,14 +31,14 @@ KINDS: Mapping[str, Sequence[str]] = {
 """Names of the parts of PIFu's ``net_G`` and ``net_C``, of PIFuHD and of PaMIR, as `Part` has
 them."""
 CHUNK = 16_384
-"""Points a call: bounds memory."""
+"""Points per call, which bounds memory."""
 
 
 class Converted:
-    """A checkpoint's parts as ONNX files, which are made when they are not in the cache.
+    """A checkpoint's parts as ONNX files, which are written if they are not in the cache.
 
-    A part is opened when it runs and, but for the points', closed after: PIFuHD's networks of
-    normals are 0.7 GB each.
+    A part is opened when it runs and closed afterwards, except the points' part: PIFuHD's networks
+    of normals are 0.7 GB each.
 
     Parameters
     ----------
@@ -49,32 +49,32 @@ class Converted:
     pixels : int
         Side of the picture that PIFu and PIFuHD's coarse level see.
     threads : int
-        Of onnxruntime; 0 for its default.
+        Threads of onnxruntime; 0 for its default.
 
     Raises
     ------
     InputError
-        The checkpoint is none of `kind`, or no folder can take the files.
+        The checkpoint is not one of `kind`, or no cache folder is writable.
     """
 
     def __init__(self, kind: str, path: str | Path, pixels: int, *, threads: int = 0) -> None:
-        self._threads, self._points = threads, None  # opened when it is asked
+        self._threads, self._points = threads, None  # opened on first use
         name = f"papers/{file_digest(Path(path))[:32]}-{kind}-{pixels}-{FORMAT}"
         self._files = _found(name, KINDS[kind]) or _convert(kind, path, pixels, name)
 
     def run(self, part: str, **given: FloatArray) -> FloatArray:
-        """What a part gives for inputs by name."""
+        """Return a part's result for inputs by name."""
         found: FloatArray = new_session(self._files[part], self._threads).run(None, given)[0]
         return found
 
     @property
     def features(self) -> int:
-        """Of the map that the part "points" takes first."""
+        """Side of the first map that the part "points" takes."""
         return int(self._session().get_inputs()[0].shape[1])
 
     def at(self, points: FloatArray, **maps: FloatArray) -> FloatArray:
-        """What the part "points" gives for points (N, 3), float32, in the networks' cube, and maps
-        by name."""
+        """Return the result of the part "points" for points (N, 3), float32, in the networks' cube,
+        and maps by name."""
         session = self._session()
         parts = [
             session.run(None, maps | {"points": points[start : start + CHUNK]})[0]
@@ -90,8 +90,8 @@ class Converted:
 
 
 def _found(name: str, parts: Sequence[str]) -> dict[str, Path]:
-    """The files of parts in the first folder of the cache that has them all and is ours; none where
-    none has."""
+    """Return the files of parts in the first folder of the cache that has all of them and is ours,
+    or none."""
     for folder in cache_folders():
         files = {part: folder / name / f"{part}.onnx" for part in parts}
         if all(file.is_file() and is_ours(file) for file in files.values()):
@@ -100,7 +100,7 @@ def _found(name: str, parts: Sequence[str]) -> dict[str, Path]:
 
 
 def _convert(kind: str, path: str | Path, pixels: int, name: str) -> dict[str, Path]:
-    """Write the parts into the first folder of the cache that takes them."""
+    """Write the parts into the first writable folder of the cache."""
     import torch
 
     from a2v.lab.papers.models import PIFuColor, PIFuGeometry, PIFuHD
@@ -126,7 +126,7 @@ def _convert(kind: str, path: str | Path, pixels: int, name: str) -> dict[str, P
 
 
 def _writable(name: str) -> Path:
-    """The folder `name` in the first folder of the cache that can be written."""
+    """Return the folder `name` in the first writable folder of the cache."""
     for folder in cache_folders():
         with contextlib.suppress(OSError):
             (folder / name).mkdir(parents=True, exist_ok=True)

@@ -16,7 +16,7 @@ from a2v.lab.papers.checkpoints import fill, part, read_state
 from a2v.lab.papers.networks import HourglassFilter, PointNetwork, ResidualNetwork, at_points
 
 DEPTH_FACTOR = 256 / 200
-"""What depths in [-1, 1] are multiplied with before the networks see them."""
+"""Factor on depths in [-1, 1] for the networks' input."""
 
 
 class PIFuGeometry(nn.Module):
@@ -54,13 +54,15 @@ class PIFuColor(nn.Module):
         _demand(path, self.surface_classifier, self.surface_classifier.inputs, 3)
         if self.surface_classifier.inputs < self.image_filter.features + 2:
             raise InputError(
-                f"{path}: the layers for points take {self.surface_classifier.inputs} numbers, fewer than its picture filter gives"
+                f"{path}: the layers for points take "
+                f"{self.surface_classifier.inputs} numbers, fewer than its picture "
+                "filter gives"
             )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:
-        """Features of a picture, and sRGB colors of points by these and, before them, those of the
-        geometry."""
+        """Features of a picture, and sRGB colors of points from those of the geometry followed by
+        these."""
         with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
         yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
         yield Part(
@@ -90,7 +92,8 @@ class PIFuHD(nn.Module):
         layers = [index for index, width in enumerate(coarse.mlp.outputs) if width == wanted]
         if not layers or self.mlp.outputs[-1] != 1:
             raise InputError(
-                f"{path}: no layer of the coarse level gives the {wanted} numbers that the fine level takes of it"
+                f"{path}: no layer of the coarse level gives the {wanted} numbers "
+                "that the fine level takes of it"
             )
         self.merged = layers[-1]
         if coarse.image_filter.conv1.in_channels not in (
@@ -98,7 +101,8 @@ class PIFuHD(nn.Module):
             9,
         ) or self.image_filter.conv1.in_channels not in (3, 6, 9):
             raise InputError(
-                f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and {self.image_filter.conv1.in_channels} channels"
+                f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and "
+                f"{self.image_filter.conv1.in_channels} channels"
             )
         fill(self, state, str(path))
 
@@ -125,7 +129,7 @@ class PIFuHD(nn.Module):
 
 
 class Part(NamedTuple):
-    """A network that becomes a file of its own.
+    """A network that is stored as a separate file.
 
     Attributes
     ----------
@@ -189,8 +193,8 @@ class _Fine(_Coarse):
 
 
 class _FineOccupancy(nn.Module):
-    """Chance (N,) that points lie in the person, by the fine level and what a layer of the coarse
-    one gives."""
+    """Chance (N,) that points lie in the person, by the fine level and the output of a layer of the
+    coarse one."""
 
     def __init__(self, first: PointNetwork, second: PointNetwork, merged: int) -> None:
         super().__init__()

@@ -1,5 +1,5 @@
-"""The networks of PIFu (Saito et al. 2019) and PIFuHD (Saito et al. 2020), named as their
-checkpoints name them.
+"""The networks of PIFu (Saito et al. 2019) and PIFuHD (Saito et al. 2020), with the names of their
+checkpoints.
 
 Widths and depths are taken from the checkpoint's own shapes. Images are (1, C, S, S) with values in
 [-1, 1].
@@ -32,7 +32,7 @@ class ConvBlock(nn.Module):
             setattr(self, f"bn{index}", nn.GroupNorm(GROUPS, inputs))
             setattr(self, f"conv{index}", nn.Conv2d(inputs, outputs, 3, padding=1, bias=False))
         self.bn4 = nn.GroupNorm(GROUPS, before)
-        # the checkpoints name the norm of the way around twice
+        # the checkpoints name the norm of the shortcut twice
         self.downsample = (
             nn.Sequential(self.bn4, nn.ReLU(), nn.Conv2d(before, after, 1, bias=False))
             if before != after
@@ -51,7 +51,7 @@ class ConvBlock(nn.Module):
 
 
 class Hourglass(nn.Module):
-    """Blocks at ever coarser sizes, each added to what comes back from below."""
+    """Blocks at coarser and coarser sizes, each added to the result of the next coarser one."""
 
     def __init__(self, depth: int, width: int) -> None:
         super().__init__()
@@ -127,8 +127,8 @@ class HourglassFilter(nn.Module):
 class PointNetwork(nn.Module):
     """Linear layers on the features of points, some of which see the first input again.
 
-    PIFu's are called ``conv0..``, PIFuHD's ``filters.0..`` and ``norms.0..``; which layers see the
-    input again is read from their widths.
+    PIFu's are called ``conv0..``, PIFuHD's ``filters.0..`` and ``norms.0..``; the layers that see
+    the input again are found by their widths.
     """
 
     def __init__(self, state: State) -> None:
@@ -144,7 +144,8 @@ class PointNetwork(nn.Module):
             inputs[i] != outputs[i - 1] + self.again[i] * inputs[0] for i in range(1, count)
         ):
             raise InputError(
-                f"the checkpoint's layers for points are {inputs} to {outputs} wide; expected each to take what the one before gives"
+                f"the checkpoint's layers for points are {inputs} to {outputs} wide; "
+                "expected each to take what the one before gives"
             )
         self.inputs, self.outputs = inputs[0], outputs
         layers = [
@@ -163,8 +164,8 @@ class PointNetwork(nn.Module):
             )
 
     def forward(self, features: Tensor, keep: int = -1) -> tuple[Tensor, Tensor]:
-        """Outputs (1, C, N) before any last non-linearity of features (1, D, N), and what layer
-        `keep` gives."""
+        """Outputs (1, C, N) before any last non-linearity of features (1, D, N), and the output of
+        layer `keep`."""
         value, kept = features, features
         for index in range(len(self.outputs)):
             layer = getattr(self, f"conv{index}") if self.style == "conv" else self.filters[index]
@@ -213,7 +214,8 @@ class ResidualNetwork(nn.Module):
         )
         if not blocks:
             raise InputError(
-                "the checkpoint's residual network has no block 'conv_block'; is it another network's?"
+                "the checkpoint's residual network has no block 'conv_block'; is it "
+                "another network's?"
             )
         learned, bias = "model.2.weight" in state, "model.1.bias" in state
 

@@ -1,10 +1,10 @@
 """PaMIR (Zheng et al. 2021) from its checkpoints: PIFu's idea with a second source of features, the
 volume of a posed SMPL body.
 
-Written anew; modules carry the names of the published files (``pamir_net`` and ``pamir_tex_net``),
-of which some hold layers that nothing runs. Points (N, 3) lie in the cube [-.5, .5], x to the
-person's left, y up, z to the camera, which stands 10 before the middle with a focal length of 5000
-pixels.
+Implemented from the paper. Modules have the names of the published files (``pamir_net`` and
+``pamir_tex_net``), some of which hold unused layers. PaMIR's refinement of the body by its own
+field is not implemented. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z
+to the camera, which is 10 in front of the center and has a focal length of 5000 pixels.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from a2v.lab.papers.checkpoints import State, channels, fill, numbers, part, rea
 from a2v.lab.papers.models import Part
 
 PIXELS = 512
-"""Pixels a side of the picture."""
+"""Side of the picture, pixels."""
 VOXELS = 128
-"""Voxels a side of the body's volume."""
+"""Side of the body's volume, voxels."""
 DISTANCE = 10.0
 """Distance of PaMIR's camera, meters."""
 FOCAL = 5000.0
@@ -69,7 +69,8 @@ class PamirTexture(nn.Module):
         _demand(path, self.mlp, self.mlp.inputs, 4)
         if self.mlp.inputs <= self.cg.features + self.ve.features:
             raise InputError(
-                f"{path}: the layers for points take {self.mlp.inputs} numbers, no more than the texture's own features"
+                f"{path}: the layers for points take {self.mlp.inputs} numbers, no "
+                "more than the texture's own features"
             )
         fill(self, state, str(path))
 
@@ -94,7 +95,8 @@ def _volume_shape(network: _Volume) -> tuple[int, ...]:
 def _demand(path: str | Path, layers: _Points, inputs: int, outputs: int) -> None:
     if (layers.inputs, layers.outputs) != (inputs, outputs):
         raise InputError(
-            f"{path}: the layers for points take {layers.inputs} numbers and give {layers.outputs}; expected {inputs} and {outputs}"
+            f"{path}: the layers for points take {layers.inputs} numbers and give "
+            f"{layers.outputs}; expected {inputs} and {outputs}"
         )
 
 
@@ -128,7 +130,7 @@ def _seen_at(features: Tensor, volume: Tensor, points: Tensor) -> Tensor:
 
 
 def _in_picture(features: Tensor, points: Tensor) -> Tensor:
-    """Features (1, F, N, 1) of a map where the camera sees points (N, 3)."""
+    """Return the features (1, F, N, 1) of a map at the pixels of points (N, 3)."""
     places = (
         points[:, :2]
         * points.new_tensor([1.0, -1.0])
@@ -142,7 +144,7 @@ def _in_picture(features: Tensor, points: Tensor) -> Tensor:
 
 def in_volume(volume: Tensor, points: Tensor) -> Tensor:
     """Features (1, F, N, 1) of a volume (1, F, D, H, W), its axes z, y and x, at points (N, 3):
-    trilinear, the border beyond it."""
+    trilinear, with the border's values outside."""
     side = volume.shape[-1]
     cells = ((points + 0.5) * side - 0.5).clamp(0, side - 1)
     low = cells.floor().clamp(max=side - 2)
@@ -312,7 +314,7 @@ class _Volume(nn.Module):
         self.r1, self.r2, self.r3 = (_Wide(self.features, 4, nn.Conv3d, 2) for _ in range(3))
         self.conv_out1, self.conv_out2 = (
             nn.Conv3d(self.features, self.features, 3, padding=1) for _ in range(2)
-        )  # of training alone
+        )  # for training only
 
     def forward(self, body: Tensor) -> Tensor:
         value = functional.relu(self.bn2(self.conv2(functional.relu(self.bn1(self.conv1(body))))))

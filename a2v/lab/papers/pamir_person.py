@@ -1,5 +1,5 @@
-"""What PaMIR's networks are given of one person: the picture on white, and SMPL's posed body as a
-volume; then occupancy and colors of points."""
+"""Inputs of PaMIR's networks for one person, the picture on white and SMPL's posed body as a
+volume, and their outputs: occupancy and colors of points."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from a2v.reconstruction.implicit.inputs import make_frame
 from a2v.types import Body, FloatArray, OrthographicCamera, Subject
 
 PIXELS = 512
-"""Pixels a side of the picture."""
+"""Side of the picture, pixels."""
 VOXELS = 128
-"""Voxels a side of the body's volume."""
+"""Side of the body's volume, voxels."""
 FILL = 0.8
 """The person's longer side as a share of the picture's, as the published pictures have it."""
 UNIT = 500.0
 """Pixels that one unit of the cube is long at its middle: the focal length over the distance."""
 DISTANCE = 10.0
 SIGMA = 0.05
-"""How far a vertex tells of itself, units."""
+"""Radius of a vertex's influence on voxels, units."""
 
 
 class PamirPerson:
-    """A person seen by PaMIR.
+    """A person as input of PaMIR.
 
     Parameters
     ----------
     subject : Subject
     body : Body
-        Of SMPL, as it stands in the photo.
+        Of SMPL, in the photo's pose.
     camera : OrthographicCamera
     geometry, texture : str
         The checkpoints; "" for no texture.
@@ -58,7 +58,8 @@ class PamirPerson:
     ) -> None:
         if body.model != "smpl":
             raise InputError(
-                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give SMPL's .npz file with --fit.model"
+                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give "
+                "SMPL's .npz file with --fit.model"
             )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
         self._camera, self._middle = frame.camera, float(np.mean(body.vertices[:, 2]))
@@ -82,7 +83,8 @@ class PamirPerson:
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
         if maps["features"].shape[1] != network.features:
             raise InputError(
-                f"{self._texture} takes {network.features} features; with the geometry's there are {maps['features'].shape[1]}"
+                f"{self._texture} takes {network.features} features; with the "
+                f"geometry's there are {maps['features'].shape[1]}"
             )
         found: FloatArray = np.clip(
             network.at(self.place(points), image=self._image, **maps), 0, 1
@@ -90,8 +92,8 @@ class PamirPerson:
         return found
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), meters, in the networks' cube; their camera, which has a perspective, then
-        sees them where ours, which has none, does."""
+        """Points (N, 3), meters, in the networks' cube; their perspective camera then shows them at
+        the same pixels as our orthographic one."""
         pixels = self._camera.project(np.asarray(points, np.float64))
         depth = (points[:, 2] - self._middle) * self._camera.scale / UNIT
         flat = (pixels - PIXELS / 2) / UNIT * (1 - depth[:, None] / DISTANCE)
@@ -105,13 +107,14 @@ class PamirPerson:
 
 
 def _names(smpl: str, count: int) -> FloatArray:
-    """What the vertices (V, 3) are told apart by: their place in the template's box, in [0, 1]."""
+    """Return the codes (V, 3) of the vertices: their places in the template's box, in [0, 1]."""
     from a2v.body import make_body
 
     template = make_body(load_body_model(smpl)).vertices
     if len(template) != count:
         raise InputError(
-            f"{smpl} has {len(template)} vertices and the fitted body {count}; fit with the same file (--fit.model)"
+            f"{smpl} has {len(template)} vertices and the fitted body {count}; fit "
+            "with the same file (--fit.model)"
         )
     low, high = template.min(axis=0), template.max(axis=0)
     return np.asarray((template - low) / (high - low), np.float32)

@@ -29,9 +29,9 @@ from a2v.types import (
 
 OfPoints = Callable[[FloatArray], FloatArray]
 MARGIN = 0.06
-"""Meters around the body's and the mask's box in which the surface is looked for."""
+"""Margin in meters around the box of body and mask in which the surface is searched."""
 STEEPNESS = 0.06
-"""Meters that an occupancy of one half less stands for; see `_distance`."""
+"""Distance in meters for an occupancy that is one half lower; see `_distance`."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class PapersSettings:
     """The checkpoints, and how the field becomes a surface.
 
     With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which
-    needs `pifu_geometry`, colors that the photo did not see are PIFu's; without, the front is
-    mirrored. PaMIR goes alone.
+    needs `pifu_geometry`, unseen colors are PIFu's; without it, the front is mirrored. PaMIR cannot
+    be combined with the others.
 
     Attributes
     ----------
@@ -85,13 +85,15 @@ class PapersSettings:
         Raises
         ------
         InputError
-            None is given, one does not exist, the colors' one stands alone, or PaMIR does not.
+            No file is given, one does not exist, the colors' file is given alone, or PaMIR's is
+            not.
         """
         from pathlib import Path
 
         if not self.pifuhd and not self.pifu_geometry and not self.pamir_geometry:
             raise InputError(
-                "the backend 'papers' needs --pifuhd FILE, --pifu-geometry FILE or --pamir-geometry FILE, your own checkpoints; "
+                "the backend 'papers' needs --pifuhd FILE, --pifu-geometry FILE or "
+                "--pamir-geometry FILE, your own checkpoints; "
                 "see docs/reconstruction.md"
             )
         for color, shape in (("pifu_color", "pifu_geometry"), ("pamir_texture", "pamir_geometry")):
@@ -102,7 +104,8 @@ class PapersSettings:
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
-                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare them by --methods of a2v compare, one by one"
+                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare "
+                "them by --methods of a2v compare, one by one"
             )
         if self.pamir_geometry and not self.smpl:
             raise InputError(
@@ -148,7 +151,7 @@ def papers_surface(
     settings: PapersSettings,
     progress: Progress | None = None,
 ) -> tuple[Surface, FloatArray | None]:
-    """Reconstruct the person by PIFuHD or PIFu; the fitted body only says where the person is.
+    """Reconstruct the person by PIFuHD or PIFu. The fitted body only gives the person's place.
 
     Parameters
     ----------
@@ -162,18 +165,19 @@ def papers_surface(
     surface : Surface
         One watertight piece.
     colors : (V, 3) float32 or None
-        What PIFu expects of the colors (c^p of Eq. 14), where it was given.
+        PIFu's colors (c^p of Eq. 14), if its checkpoint is given.
 
     Raises
     ------
     InputError
-        A checkpoint is missing or of another network, the mask is empty, or the networks see
-        nobody.
+        A checkpoint is missing or of another network, the mask is empty, or the networks find no
+        surface.
     """
     digest = settings.files_digest()
     if settings.digest not in ("", digest):
         raise InputError(
-            f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile"
+            f"the checkpoints have the digest {digest}, not {settings.digest}; they "
+            "were changed meanwhile"
         )
     bounds = person_box(body.vertices, subject.mask > 0.5, camera)
     name, occupancy, colors_of = _networks(subject, body, camera, settings)
@@ -186,9 +190,11 @@ def papers_surface(
     )
     colors = None if colors_of is None else colors_of(vertices)
     provenance = {
-        "backend": "papers", "digest": digest, "geometry": name,
+        "backend": "papers",
+        "digest": digest,
+        "geometry": name,
         "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
-    }  # fmt: skip
+    }
     shown = np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors
     surface = Surface(
         vertices=vertices.astype(np.float32),
@@ -202,12 +208,17 @@ def papers_surface(
 def _networks(
     subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings
 ) -> tuple[str, OfPoints, OfPoints | None]:
-    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and
-    colors (N, 3) of points where there are any."""
+    """The chosen network's name, its chance (N,) that points, meters, lie in the person, and colors
+    (N, 3) of points, if available."""
     if settings.pamir_geometry:
         seen = PamirPerson(
-            subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
-        )  # fmt: skip
+            subject,
+            body,
+            camera,
+            geometry=settings.pamir_geometry,
+            texture=settings.pamir_texture,
+            smpl=settings.smpl,
+        )
         return "pamir", seen.occupancy, seen.colors if settings.pamir_texture else None
     place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
     colors = partial(_colors, place, settings) if settings.pifu_color else None
@@ -215,8 +226,8 @@ def _networks(
 
 
 class _Placement:
-    """Where the networks' cube [-1, 1] lies: the square around the person, as deep as it is wide,
-    around the body's mean depth."""
+    """Return the place of the networks' cube [-1, 1]: the square around the person, as deep as it
+    is wide, around the body's mean depth."""
 
     def __init__(
         self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int
@@ -224,7 +235,7 @@ class _Placement:
         self._subject, self._camera, self._depth, self.pixels = subject, camera, depth, pixels
 
     def image(self, pixels: int) -> FloatArray:
-        """The masked picture (1, 3, pixels, pixels) in [-1, 1], 0 where the person is not."""
+        """The masked picture (1, 3, pixels, pixels) in [-1, 1], 0 outside of the person."""
         frame = self._frame(pixels)
         values = (frame.image.astype(np.float32) / 127.5 - 1) * frame.mask[..., None]
         return np.ascontiguousarray(values.transpose(2, 0, 1)[None], np.float32)
@@ -273,12 +284,13 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
     if features.shape[1] != network.features:
         raise InputError(
             f"{settings.pifu_color}: the layers for points take {network.features} features; "
-            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: the two do not belong together"
+            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: "
+            "the two do not belong together"
         )
     return np.clip(network.at(place.points(vertices), features=features), 0, 1).astype(np.float32)
 
 
 def _distance(occupancy: FloatArray) -> FloatArray:
-    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far away
-    that no cell is refined for them."""
+    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far from
+    zero that no cell is refined for them."""
     return STEEPNESS * (0.5 - occupancy)

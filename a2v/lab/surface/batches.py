@@ -65,8 +65,8 @@ class Prepared:
     guide_faces: IntArray
 
     def guide_mesh(self) -> GuideMesh:
-        """The guide; built anew (12 ms), since Open3D 0.20 crashes with a thousand ray casting
-        scenes in memory."""
+        """The guide; built again each time (12 ms), since Open3D 0.20 crashes with a thousand ray
+        casting scenes in memory."""
         return GuideMesh(self.view.guide_vertices, self.guide_faces)
 
 
@@ -81,9 +81,9 @@ class Example:
     normals : (6, 256, 256), depth : (2, 256, 256)
         As in `Prepared`.
     points : dict of (N, ...)
-        ``position`` (3) in the view's frame, ``place`` (2), and what they are for: ``distance`` of
-        points in space, or ``normals`` (3) and ``colors`` (3) of points on the surface. What the
-        networks are told of them comes from `align_example`.
+        ``position`` (3) in the view's frame, ``place`` (2), and the targets: ``distance`` of
+        points in space, or ``normals`` (3) and ``colors`` (3) of points on the surface. The inputs
+        of the networks at them come from `align_example`.
     part : dict
         For the fine level, else empty: ``photo`` (4, crop, crop) of the frame's 1024 px, true
         ``normals`` (6, crop / 2, crop / 2), and ``corner`` (2): left and top of the part, pixels of
@@ -262,7 +262,7 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
     float32.
 
     What a photo does not show is how far away an arm is, but it does show its shape: a field that
-    is asked for the distance at the true place of an arm that the maps have elsewhere learns to be
+    is trained on the distance at the true place of an arm that the maps have elsewhere learns to be
     unsure, and draws arms as slabs. Asked relative to the maps it stays sharp.
 
     Parameters
@@ -289,7 +289,7 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
 
 
 def align_example(prepared: Prepared, example: Example, maps: FloatArray) -> dict[str, FloatArray]:
-    """What networks with these predicted depths (2, 256, 256) are told of the example's points: see
+    """Inputs at the example's points for networks with these predicted depths (2, 256, 256): see
     `align_points`.
 
     Returns

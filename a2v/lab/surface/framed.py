@@ -1,5 +1,5 @@
 """Views in which things hide a person, or the border cuts them, as the networks meet such photos:
-framed by the mask, and asked for what it shows."""
+framed by the mask, and sampled where it shows the person."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _ON_SURFACE = tuple(
 
 
 def framed(view: View, guide_faces: IntArray) -> View:
-    """The square of a view around what its mask shows, as a view of its own; what the photo does
-    not show of the person is not asked for.
+    """The square of a view around its mask, as another view; parts of the person outside of the
+    photo are not sampled.
 
     A photo's surface is cut to its mask (`a2v.reconstruction.implicit.surface`), and where the mask
-    ends at a thing nothing tells whether the person does. So there are no normals and depths at
+    ends at a thing the person may continue behind it. So there are no normals and depths at
     hidden pixels, and no samples behind them, nor where the photo is cut off.
 
     Parameters

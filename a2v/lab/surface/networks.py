@@ -39,7 +39,7 @@ class NetworkSettings:
     hidden : int
         Width of the perceptrons.
     context : int
-        Size of what the coarse field tells the fine one at a point.
+        Number of values that the coarse field passes to the fine one at a point.
     fine_width : int
         Channels of the fine encoder, at 256 px for a photo of 1024 px.
     """

@@ -17,18 +17,10 @@ from typing import Any, Literal
 import numpy as np
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 from a2v.errors import InputError
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.checkpoints import read_checkpoint
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.lab.studio.view import list_views
 from a2v.lab.surface.batches import (
     Example,
@@ -38,8 +30,8 @@ from a2v.lab.surface.batches import (
     make_example,
     stack,
 )
+from a2v.lab.surface.losses import depth_loss, distance_loss, normal_loss
 from a2v.lab.surface.networks import (
-    OCCUPANCY_WIDTH,
     CoarseField,
     FineEncoder,
     FineField,
@@ -60,8 +52,6 @@ STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
 """In the order of their training: the later two build on the first."""
 CALIBRATION = 16
 """Batches that normalizations of restored networks are calibrated on."""
-REACH = 0.05
-"""Distances beyond this, meters, need only be as large."""
 
 
 @dataclass(frozen=True)
@@ -153,39 +143,6 @@ def _read_networks(
     return NetworkSettings(**content["network"]), content["model"]
 
 
-def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean of |error| near the surface in decimeters, beyond `REACH` of what is missing to it, plus
-    the occupancy's cross entropy."""
-    error = torch.where(
-        true.abs() > REACH,
-        functional.relu(REACH - true.sign() * predicted),
-        (predicted - true).abs(),
-    )
-    occupancy = functional.binary_cross_entropy_with_logits(
-        -predicted / OCCUPANCY_WIDTH, (true < 0).float()
-    )
-    return error.mean() / 0.1 + occupancy
-
-
-def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """1 - cosine of both normals (B, 6, H, W), mean where there is a true one."""
-    losses = []
-    for part in (slice(0, 3), slice(3, 6)):
-        there = true[:, part].square().sum(dim=1) > 0.25
-        cosine = functional.cosine_similarity(predicted[:, part], true[:, part], dim=1)
-        losses.append(((1 - cosine) * there).sum() / there.sum().clamp(min=1))
-    return torch.stack(losses).mean()
-
-
-def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean |error|, decimeters, of depth maps (B, 2, H, W); NaN in `true` does not count, what an
-    error has over 15 cm counts a tenth."""
-    there = torch.isfinite(true)
-    error = (predicted - torch.nan_to_num(true)).abs()
-    error = torch.where(error < 0.15, error, 0.15 + 0.1 * (error - 0.15)) / 0.1
-    return (error * there).sum() / there.sum().clamp(min=1)
-
-
 class StageTraining(Training):
     """A stage's training in progress.
 
@@ -235,7 +192,7 @@ class StageTraining(Training):
         self.reader = ViewReader()
 
     def begin(self) -> None:
-        """Take over another run's networks, if that is asked for."""
+        """Begin with another run's networks if the settings name one."""
         if not self.settings.initial:
             return
         folder = WEIGHTS if self.settings.initial == "shipped" else Path(self.settings.initial)
@@ -246,7 +203,8 @@ class StageTraining(Training):
         found, weights = _read_networks(self.settings.initial, self.stage)
         if found != self.network:
             raise InputError(
-                f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out"
+                f"{self.settings.initial} has other networks ({found}); give the same --network "
+                "settings, or leave initial out"
             )
         self.model.load_state_dict(weights)
 
@@ -347,13 +305,13 @@ def _align(
 ) -> dict[str, Tensor]:
     """`align_example` of a batch with maps (B, 8, 256, 256)."""
     depths = maps[:, 6:].detach().float().cpu().numpy()
-    told = [
+    aligned = [
         align_example(view, example, depth)
         for view, example, depth in zip(views, examples, depths, strict=True)
     ]
     return {
-        name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device)
-        for name in told[0]
+        name: torch.from_numpy(np.stack([one[name] for one in aligned])).to(maps.device)
+        for name in aligned[0]
     }
 
 

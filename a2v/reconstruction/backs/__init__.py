@@ -1,12 +1,13 @@
-"""Backs: what the photo shows is continued over the side that it does not show.
+"""Continue the photo over the unseen side of the person.
 
-`twins` finds the other side of the body, `labels` says what is where (skin, hair, garments, shoes),
-`exemplar` what the photo tells of each, `frames` how the surface unrolls into the photo's plane,
-`matching` which place each unseen vertex continues, and `continuation` puts them together.
+`twins` finds the other side of the body, `labels` the skin, hair, garments and shoes, `exemplar`
+the detail that the photo shows of each, `frames` the unrolling of the surface into the plane of the
+photo, and `matching` the place that each unseen vertex continues. `continuation` combines them.
 """
 
 from a2v.reconstruction.backs.continuation import Continuation, continue_photo
-from a2v.reconstruction.backs.labels import KINDS, Seen, label_surface, seen_before
+from a2v.reconstruction.backs.labels import label_surface
+from a2v.reconstruction.backs.seen import KINDS, Seen, seen_before
 from a2v.reconstruction.backs.twins import find_twins
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What the photo shows of each stuff, continued over the unseen side."""
+"""Continue each material of the photo over the unseen side."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import (
+from a2v.reconstruction.backs.labels import label_surface
+from a2v.reconstruction.backs.matching import Unrolled, match_surface
+from a2v.reconstruction.backs.pieces import neighbor_mean
+from a2v.reconstruction.backs.rings import around
+from a2v.reconstruction.backs.seen import (
     HAIR,
     HANDS,
     KINDS,
@@ -21,37 +25,43 @@ from a2v.reconstruction.backs.labels import (
     SKIN,
     UPPER,
     Seen,
-    label_surface,
 )
-from a2v.reconstruction.backs.matching import Unrolled, match_surface
-from a2v.reconstruction.backs.pieces import neighbor_mean
-from a2v.reconstruction.backs.rings import around
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
-"""What an expected color of each label counts for where the photo shows the same stuff near by."""
+"""Weight of an expected color of each label, if the photo shows the same material nearby."""
 
 TINTED = 0.04
-"""Up to so far from a border, meters, expected colors are tinted by what is beyond it."""
+"""Distance from a border up to which expected colors are tinted by the other side, meters."""
 
 OTHER_HUE = 15.0
-"""So far apart in CIELAB's a and b, two colors are of different stuff."""
+"""Distance in CIELAB's a and b from which on two colors are of different materials."""
+
+_PALETTE_SIZE = 8
+"""Number of colors in the palette of a garment."""
+_PALETTE_LEAST = {UPPER: 200, LOWER: 200, SHOES: 60}
+"""Smallest number of visible vertices of a garment by its label; with fewer, expected colors
+stay."""
+_PALETTE_NEAR = 4.0
+"""Distance from the palette up to which hidden cloth keeps its color, CIELAB units."""
+_PALETTE_PULL = np.array([0.3, 0.8, 0.8])
+"""Share of the remaining distance, in lightness, a and b, by which it moves to the palette."""
 
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """Labels of a surface, and the detail that its unseen side gets.
+    """Labels of a surface, and the detail for its unseen side.
 
     Attributes
     ----------
     labels : (V,) int
         Index into `KINDS`.
     expected : (V, 3)
-        What the unseen side is expected to look like, without detail, smooth within each label.
+        Expected colors of the unseen side without detail, smooth within each label.
     doubtful : (V,) bool
-        Unseen vertices right behind a print: what is expected of them is the print.
+        Unseen vertices whose expected color is wrong, for instance behind a print.
     neighbors : (V, N) int
-        Vertices of the same label next to each; itself in place of others.
+        Neighbors with the same label; the vertex itself in place of others.
     continues : (V,) bool
         Vertices that continue a place of the photo.
     """
@@ -68,8 +78,8 @@ class Continuation:
     _scale: float
 
     def on_vertices(self) -> FloatArray:
-        """The detail (V, 3) of each vertex, averaged over its patch; 0 where nothing is
-        continued."""
+        """Detail (V, 3) of each vertex, averaged over its patch; 0 for vertices that continue
+        nothing."""
         import cv2
 
         found = np.zeros((len(self.labels), 3))
@@ -80,8 +90,8 @@ class Continuation:
         return found
 
     def at(self, points: FloatArray, corners: IntArray, weights: FloatArray) -> FloatArray:
-        """The detail (n, 3) at points (n, 3) of faces with `corners` (n, 3), at barycentric
-        `weights` (n, 3)."""
+        """Detail (n, 3) at points (n, 3) of faces with `corners` (n, 3), at barycentric `weights`
+        (n, 3)."""
         share = weights**3 * self.continues[corners]
         share = share / np.maximum((weights**3).sum(axis=1, keepdims=True), 1e-9)
         total = np.zeros((len(points), 3))
@@ -98,7 +108,7 @@ class Continuation:
         return total
 
     def report(self) -> Mapping[str, float]:
-        """Shares of the vertices by label, and of those that continue something."""
+        """Shares of vertices by label, and of those that continue a place of the photo."""
         shares = {KINDS[kind]: float((self.labels == kind).mean()) for kind in range(len(KINDS))}
         return shares | {"continues": float(self.continues.mean())}
 
@@ -112,7 +122,8 @@ def continue_photo(
     *,
     seed: int = 0,
 ) -> Continuation:
-    """Continue a photo's clean colors (H, W, 3) over the surface that `camera` saw of it."""
+    """Continue the clean colors (H, W, 3) of a photo over the surface; `camera` is that of the
+    photo."""
     import cv2
 
     labels, strange = label_surface(seen)
@@ -127,7 +138,7 @@ def continue_photo(
     twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
     shown = np.where(
         twins, seen.twin, np.arange(len(labels))
-    )  # what stands for each vertex in the photo, if not what is before it
+    )  # the place of the photo for each vertex: its twin, else the place in front of it
     exemplar = make_exemplar(
         clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS)
     )
@@ -135,7 +146,7 @@ def continue_photo(
     own = np.where(
         labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None]
     )
-    # a shoe's heel is nothing like its laces
+    # the heel of a shoe does not look like its laces
     woven = np.where(labels == SHOES, 0, labels)
     place, continues = match_surface(
         exemplar,
@@ -148,7 +159,7 @@ def continue_photo(
     height, width = clean.shape[:2]
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
     nearest = _nearest_shown(exemplar, vertices[shown])
-    # what another limb, or other stuff, is before has tinted what is expected
+    # another limb, or another material, in front tints the expected color
     other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
     doubtful = (
         _before(exemplar, vertices[shown])
@@ -156,19 +167,28 @@ def continue_photo(
         | strange
         | strange[np.where(twins, seen.twin, seen.front)]
     ) & ~seen.known
-    # a network expects skin below short hair, and hair where it has seen no face
+    # networks expect skin below short hair, and hair if they have seen no face
     unlike = (
         ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     )
     return Continuation(
-        labels=labels, expected=_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), doubtful=doubtful | unlike, neighbors=own, continues=continues,
-        _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
-        _detail=np.asarray(clean - base, np.float32), _scale=camera.scale,
-    )  # fmt: skip
+        labels=labels,
+        expected=in_palette(
+            _smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), labels, seen.known
+        ),
+        doubtful=doubtful | unlike,
+        neighbors=own,
+        continues=continues,
+        _place=place * (height / exemplar.colors.shape[0]),
+        _maps=maps,
+        _vertices=vertices,
+        _detail=np.asarray(clean - base, np.float32),
+        _scale=camera.scale,
+    )
 
 
 def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
-    """Whether a print stands right before each vertex (V,)."""
+    """Whether a print lies right in front of each vertex (V,)."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.prints.shape
     return np.asarray(
@@ -177,7 +197,7 @@ def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
 
 
 def _nearest_shown(exemplar: Exemplar, vertices: FloatArray) -> IntArray:
-    """The label (V,) that the photo shows at each vertex's pixel."""
+    """The label (V,) in the photo at the pixel of each vertex."""
     pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
     height, width = exemplar.labels.shape
     return np.asarray(
@@ -186,8 +206,8 @@ def _nearest_shown(exemplar: Exemplar, vertices: FloatArray) -> IntArray:
 
 
 def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) -> FloatArray:
-    """From nearly 0 at a border between labels to 1 (V,) at `TINTED` from it: what is expected
-    there is a mixture of both."""
+    """Weight (V,) from nearly 0 at a border between labels, where expected colors are a mixture, to
+    1 at the distance `TINTED`."""
     from scipy.spatial import cKDTree
 
     border = (neighbors == np.arange(len(labels))[:, None]).any(axis=1)
@@ -198,8 +218,8 @@ def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) ->
 
 
 def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
-    """How much (V, 1) of `others` (V, 3) to take: all where they have another hue; light and gloss
-    alone are the photo's, not the other side's."""
+    """Weight (V, 1) of `others` (V, 3): 1 for another hue; differences in light and gloss do not
+    count."""
     from skimage.color import rgb2lab
 
     away = (rgb2lab(np.clip(others, 0, 1)) - rgb2lab(np.clip(colors, 0, 1)))[:, 1:]
@@ -209,8 +229,8 @@ def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
 def _smooth(
     seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray
 ) -> FloatArray:
-    """The expected colors (V, 3) smoothed within each label: the other side's where there are
-    `twins` (V,); `doubtful` (V,) ones do not count."""
+    """Smooth the expected colors (V, 3) within each label. Vertices with `twins` (V,) take the
+    colors of the other side; `doubtful` (V,) ones have no weight."""
     from scipy.spatial import cKDTree
 
     spacing = float(
@@ -233,7 +253,7 @@ def _smooth(
     for _ in range(rounds):
         value, weight = mixing @ value, mixing @ weight
     smooth = value / np.maximum(weight, 1e-300)
-    lost = weight[:, 0] < 1e-6  # deep within what does not count
+    lost = weight[:, 0] < 1e-6  # far from all vertices with weight
     for kind in np.unique(labels[lost]):
         own, good = (
             np.flatnonzero(lost & (labels == kind)),
@@ -245,3 +265,28 @@ def _smooth(
             else colors[own]
         )
     return np.asarray(smooth)
+
+
+def in_palette(expected: FloatArray, labels: IntArray, known: BoolArray) -> FloatArray:
+    """Move the smooth expected colors (V, 3) of hidden cloth to colors that the photo shows of the
+    same garment; `known` (V,) vertices keep theirs.
+
+    Networks predict the mean of all possible backs: the back of a colored shirt is too pale.
+    """
+    from scipy.cluster.vq import kmeans2
+    from scipy.spatial import cKDTree
+    from skimage.color import lab2rgb, rgb2lab
+
+    result = expected.copy()
+    for kind, least in _PALETTE_LEAST.items():
+        shown, hidden = (labels == kind) & known, (labels == kind) & ~known
+        if shown.sum() < least or not hidden.any():
+            continue
+        lab = rgb2lab(np.clip(expected[shown], 0, 1))
+        centers, member = kmeans2(lab, _PALETTE_SIZE, minit="++", seed=0)
+        palette = centers[np.bincount(member, minlength=_PALETTE_SIZE) > 0]
+        own = rgb2lab(np.clip(expected[hidden], 0, 1))
+        away, nearest = cKDTree(palette).query(own)
+        share = np.clip(1 - _PALETTE_NEAR / np.maximum(away, 1e-9), 0, 1)[:, None]
+        result[hidden] = lab2rgb(own + share * _PALETTE_PULL * (palette[nearest] - own))
+    return result

@@ -1,4 +1,4 @@
-"""The photo as a sample of its stuffs: their detail, and where it may be taken from."""
+"""Use the photo as a sample of its materials: their detail, and where it may be taken from."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
+from a2v.reconstruction.backs.seen import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 BROAD = 0.025
-"""Detail is what is finer than this on stuff with a pattern, meters (sigma of a Gaussian)."""
+"""Largest size of detail on materials with a pattern, meters (sigma of a Gaussian)."""
 FINE = 0.014
-"""The same on plain stuff, whose broader changes are light and folds."""
+"""The same on plain materials, whose broader changes are light and folds."""
 SPACING = 0.004
-"""Meters a pixel at which patterns are compared."""
+"""Size of a pixel at which patterns are compared, meters."""
 BARE = 0.006
-"""The same for skin: what is broader on it are veins, knuckles and light."""
+"""The same for skin: broader changes are veins, knuckles and light."""
 PATTERN = 0.044
-"""Stuff has a broad pattern if a quarter of what lies between the two is more than this: stripes of
-8 cm, but no folds, checks or camouflage."""
+"""A material has a broad pattern if a quarter of its detail between both sizes exceeds this value:
+stripes of 8 cm do, folds, checks and camouflage do not."""
 FAR = 0.05
-"""What repeats does so at least this far away across the limb, meters."""
+"""Smallest distance across the limb at which a pattern repeats, meters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,11 @@ class Exemplar:
     base : (H, W, 3) float32
         `colors` without detail, smoothed within each label alone.
     labels : (H, W) int
-        Label of the surface at each pixel, 0 where it is unsure, unseen, or not there.
+        Label of the surface at each pixel; 0 if it is unsure, unseen, or missing.
     sources : (H, W) bool
-        What detail may be taken from: seen squarely, away from borders, no face, no print.
+        Pixels from which detail may be taken: seen squarely, far from borders, face and prints.
     prints : (H, W) bool
-        What does not repeat: prints, logos, zips, pockets.
+        Pixels that do not repeat: prints, logos, zips, pockets.
     """
 
     camera: OrthographicCamera
@@ -54,7 +54,7 @@ class Exemplar:
 
     @property
     def detail(self) -> FloatArray:
-        """What the colors are more than their base (H, W, 3)."""
+        """The colors minus their base, (H, W, 3)."""
         return np.asarray(self.colors - self.base, np.float32)
 
 
@@ -67,10 +67,10 @@ def make_exemplar(
     labels: IntArray,
     apart: BoolArray,
 ) -> Exemplar:
-    """The exemplar of a photo's clean colors (H, W, 3) at `SPACING` meters a pixel (its own where
-    that is coarser).
+    """Make the exemplar of the clean colors (H, W, 3) of a photo at `SPACING` meters per pixel, or
+    at the resolution of the photo if that is coarser.
 
-    `labels` (V,) are the surface's; nothing is taken from where it lies `apart` (V,).
+    `labels` (V,) are those of the surface; vertices that are `apart` (V,) give no detail.
     """
     import cv2
 
@@ -121,17 +121,17 @@ def make_exemplar(
 def _base(
     image: FloatArray, region: BoolArray, clear: BoolArray, meter: float, *, plain: float
 ) -> FloatArray:
-    """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it
-    is `clear` (H, W)."""
+    """A picture (H, W, 3) without the detail of a region (H, W); its pattern is judged by the
+    `clear` (H, W) pixels."""
     broad, fine = _within(image, region, BROAD * meter), _within(image, region, plain * meter)
     if plain < FINE:
         return fine
-    between = np.abs(fine - broad)[clear]  # borders between two colors are no pattern: not the mean
+    between = np.abs(fine - broad)[clear]  # not the mean: borders between two colors are no pattern
     return broad if len(between) and float(np.quantile(between, 0.75)) > PATTERN else fine
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:
-    """A picture (H, W, 3) smoothed over a region (H, W) alone (normalized convolution)."""
+    """A picture (H, W, 3) smoothed within a region (H, W) (normalized convolution)."""
     import cv2
 
     weight = region.astype(np.float32)
@@ -141,7 +141,7 @@ def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:
 
 
 def _inner(region: BoolArray, margin: float) -> BoolArray:
-    """A region (H, W) without its rim of `margin` pixels, or of less where it is thin."""
+    """A region (H, W) without its rim of `margin` pixels; less where it is thin."""
     import cv2
 
     depth = cv2.distanceTransform(region.astype(np.uint8), cv2.DIST_L2, 5)
@@ -152,13 +152,13 @@ def _inner(region: BoolArray, margin: float) -> BoolArray:
 def non_repeating(
     image: FloatArray, region: BoolArray, turned: BoolArray, meter: float
 ) -> BoolArray:
-    """Where a region (H, W) of a picture has what does not run around the limb: a print, a logo, a
-    tie, a zip, a shirt under a jacket.
+    """Which pixels of a region (H, W) show something that does not run around the limb: a print, a
+    logo, a tie, a zip, a shirt under a jacket.
 
-    Patches of 3 cm are compared by color. What runs around is seen where the surface is `turned`
-    (H, W) to the side, too, `FAR` or more beside it, at any height: stripes, checks, camouflage,
-    folds. What is like nothing there is none of it. More than 45 % of a region is its texture.
-    `meter` is pixels.
+    Patches of 3 cm are compared by color. A pattern that runs around (stripes, checks, camouflage,
+    folds) is also visible where the surface is `turned` (H, W) to the side, at a distance of `FAR`
+    or more across, at any height. Patches without any similar patch there do not run around. If
+    these are more than 45 % of a region, they are its texture. `meter` is in pixels.
     """
     import cv2
     from scipy.spatial import cKDTree
@@ -174,7 +174,7 @@ def non_repeating(
     if len(aside) < 40 or np.ptp(columns) < 3 * FAR * meter:
         return none
     lab = rgb2lab(np.clip(_within(image, region, 0.005 * meter), 0, 1)).astype(np.float32)
-    # light falls off towards the sides: what is broad counts by its hue
+    # light falls off towards the sides: broad changes count by their hue
     lab = np.concatenate(
         [
             0.6 * (lab[..., :1] - _within(lab, region, 0.1 * meter)[..., :1]),

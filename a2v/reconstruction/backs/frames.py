@@ -1,5 +1,5 @@
-"""How a surface unrolls into the photo's plane: a frame at each vertex that runs along the limb and
-around it."""
+"""Unroll a surface into the plane of the photo: a frame at each vertex along the limb and around
+it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ def unrolling(
     """Linear maps (V, 2, 3) from meters on the surface to meters in the photo's plane, x to the
     right and y up.
 
-    What faces the camera is mapped as the camera does. Around a limb the plane is rolled on: the
-    way around the limb stays the photo's way across it, over the side and behind, and the way along
-    the limb stays along. So a pattern that is continued by these maps keeps its size on the sides,
-    and stripes around a trunk, a sleeve or a leg stay rings.
+    Surface that faces the camera is mapped as by the camera. Around a limb the plane is rolled: the
+    direction around the limb stays that across it in the photo, over the side and behind, and the
+    direction along the limb stays. So a pattern that is continued by these maps keeps its size on
+    the sides, and stripes around a trunk, a sleeve or a leg stay rings.
     """
     axis = _limb_axes(vertices, parts, neighbors)
     along = unit(axis - (axis * normals).sum(axis=1, keepdims=True) * normals, least=1e-6)
     around = np.cross(normals, along)
     flat = axis[:, :2]
-    # a limb that points at the camera has no direction in the picture: upright is as good as any
+    # a limb that points at the camera has no direction in the picture: upright is used
     flat = unit(flat + np.array([0.0, -1e-3]), least=1e-6)
     across = np.stack([-flat[:, 1], flat[:, 0]], axis=1)
     return np.asarray(
@@ -35,8 +35,8 @@ def unrolling(
 
 
 def _limb_axes(vertices: FloatArray, parts: IntArray, neighbors: IntArray) -> FloatArray:
-    """Unit vectors (V, 3) along the limb of each vertex, away from the trunk, smooth where limbs
-    meet."""
+    """Unit vectors (V, 3) along the limb of each vertex, away from the trunk, smooth between
+    limbs."""
     axis = np.tile(np.array([0.0, -1.0, 0.0]), (len(vertices), 1))
     middle = {number: vertices[parts == number].mean(axis=0) for number in np.unique(parts)}
     for number, own in middle.items():

@@ -1,5 +1,5 @@
-"""What a surface wears where: skin, hair, upper and lower garment, shoes, told from the photo and
-carried around to the back."""
+"""Label a surface with skin, hair, upper and lower garment and shoes, by the photo, and carry the
+labels to the back."""
 
 from __future__ import annotations
 
@@ -9,64 +9,68 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import PARTS, on_parts
 from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
+from a2v.reconstruction.backs.seen import (
+    ARM_PARTS,
+    FOOT_PARTS,
+    HAIR,
+    HANDS,
+    HEAD_PARTS,
+    LOWER,
+    SHOES,
+    SKIN,
+    UNSURE,
+    UPPER,
+    Seen,
+    allowed_parts,
+    lab_of,
+)
 from a2v.types import BoolArray, FloatArray, IntArray
 
-KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
-"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none
-explains."""
-UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
-
-_HEAD = ("head", "neck")
-_ARMS = tuple(part for part in PARTS if part.endswith("_arm"))
-_LEGS = tuple(part for part in PARTS if part.endswith(("thigh", "shin")))
-HANDS = tuple(part for part in PARTS if part.endswith("hand"))
-_FEET = tuple(part for part in PARTS if part.endswith("foot"))
 _NEVER = 60.0
 """Cost of a label on a part that does not wear it, in CIELAB units."""
 _SHADE = np.array([0.5, 1.0, 1.0])
-"""What lightness, a and b count for: shadows are no other stuff."""
+"""Weights of lightness, a and b: shadows are the same material."""
 _HUE = np.array([0.3, 1.0, 1.0])
-"""The same for skin, which has every shade between light and shadow."""
+"""The same for skin, which has all shades between light and shadow."""
 HANGING = 0.3
-"""Hair hangs at most so far from the head, meters."""
+"""Largest distance of hanging hair from the head, meters."""
 TUFT = 0.2
-"""Hair of which the photo shows nothing is at least so large a share of the largest piece."""
+"""Smallest size of an unseen piece of hair, as a share of the largest piece."""
 _FAIR = 6.0
-"""Fair hair differs from all shades of the skin by at least so much, CIELAB units."""
+"""Smallest distance of fair hair from all shades of the skin, CIELAB units."""
 _SAME = 11.0
-"""Garments whose colors differ by less, CIELAB units, are one."""
+"""Distance of colors below which two garments are one, CIELAB units."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """What labels cost, in CIELAB units where it is no share: the least sum over the surface wins.
+    """Costs of labels, in CIELAB units unless they are shares; the smallest sum over the surface
+    wins.
 
     Attributes
     ----------
     unlike_before : float
-        Behind, a label that is not the one right before it, through the body.
+        On the back, a label other than that of the front at the same pixel.
     skin_on_torso, hair : float
-        So many times that, where skin stands before the trunk, and where hair does.
+        Factors of it for skin in front of the trunk, and for hair.
     below_neckline : float
-        Skin on the trunk behind a neckline, where there is an upper garment: collars are higher
-        behind.
+        Skin on the trunk behind a neckline, if there is an upper garment: collars are higher at the
+        back.
     expected, expected_hidden : float
-        Share that an expected color counts for against the photo's, and where scalp or bare skin
-        is known to be.
+        Weight of an expected color relative to the photo, and where scalp or bare skin must be.
     no_hair, no_skin : float
-        Another label on the scalp than hair; on what is bare of who turns away, than skin.
+        A label other than hair on the scalp; a label other than skin on the face.
     unlike_twin : float
-        Another label than that of the mirrored vertex that the photo shows.
+        A label other than that of the visible mirrored vertex.
     most_expected : float
-        Of an expected color at most.
+        Largest cost of an expected color.
     print_from : float
-        A vertex whose best label costs more has a color that is not the label's.
+        Cost of the best label above which the color of a vertex is not that of the label.
     print_share : float
-        A label of which more than this share are such is none.
+        Share of such vertices above which a label is dropped.
     shoes_off_feet, skin_on_trunk, skin_on_arms, lower_on_trunk : float
-        Labels on parts that seldom wear them (`_reluctance`).
+        Labels on parts that rarely have them (`_reluctance`).
     chest : float
         Quantile of the heights of the trunk above which a lower garment costs `lower_on_trunk`.
     """
@@ -95,16 +99,15 @@ _COSTS = Costs()
 
 @dataclass(frozen=True, kw_only=True)
 class PaletteSettings:
-    """How the typical colors of each label are taken from the photo. Set by hand; there is no
-    published source.
+    """Settings of the palettes of the labels. Set by hand; there is no published source.
 
     Attributes
     ----------
     skin : float
-        A vertex within this CIELAB distance of the face's color is bare skin.
+        CIELAB distance from the color of the face up to which a vertex is bare skin.
     few, many : int
-        Least number of vertices that a small part (crown, shoes) and a large part (trunk, thighs)
-        must show.
+        Smallest number of visible vertices of a small part (crown, shoes) and of a large part
+        (trunk, thighs).
     trunk : (float, float)
         The upper garment is sampled between these quantiles of the trunk's heights: below the
         collar, above the belt.
@@ -126,121 +129,26 @@ class PaletteSettings:
 
 _PALETTE = PaletteSettings()
 _BELIEF = 6.0
-"""CIELAB units by which a label must be cheaper to be e times as likely, where neighbors vote."""
+"""Difference of cost, CIELAB units, that makes a label e times as likely when neighbors vote."""
 _NEIGHBORS_WEIGHT = 14.0
-"""CIELAB units that a label costs where no neighbor has it."""
+"""Cost of a label that no neighbor has, CIELAB units."""
 _KMEANS_ROUNDS = 12
 _FRONT_ROUNDS = 4
-"""Rounds of smoothing of the labels that the photo shows."""
+"""Rounds of smoothing of visible labels."""
 _BEHIND_ROUNDS = 10
-"""Rounds of smoothing of those behind."""
-_TELLING = 20
-"""At least so many vertices of a limb that the photo shows say what lies before its hidden ones."""
-
-
-def allowed_parts(kind: int) -> tuple[str, ...]:
-    """The body parts on which a label may lie."""
-    return {
-        UNSURE: PARTS,
-        SKIN: PARTS,
-        HAIR: (*_HEAD, "torso"),
-        UPPER: ("neck", "torso", *_ARMS, *HANDS, *_LEGS),
-        LOWER: ("torso", *_LEGS, *_FEET),
-        SHOES: (*_FEET, *(part for part in _LEGS if part.endswith("shin"))),
-    }[kind]
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What is known of a surface's vertices before they are labeled.
-
-    Attributes
-    ----------
-    vertices : (V, 3)
-        Meters.
-    colors : (V, 3)
-        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB
-        in [0, 1].
-    known : (V,) bool
-    parts : (V,) int
-        Index into `a2v.body.PARTS`.
-    front : (V,) int
-        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its
-        mirrored counterpart for those behind.
-    twin : (V,) int
-        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where
-        the photo does not show it.
-    scalp : (V,) bool
-        Where hair grows on a head that has some.
-    bare : (V,) bool
-        The body's face, seen or not.
-    neighbors : (V, N) int
-        Nearest vertices.
-    skin : (3,), optional
-        The face's color, sRGB; None if it was not seen.
-    face : (V,) bool
-        Vertices within the face, of which nothing is continued.
-    rest : (V, 3), optional
-        Where they are at rest, meters: garments' borders run around the body there. None: borders
-        are as they are found.
-    cloth : (V,) bool, optional
-        What is neither skin nor hair nor shoe: a layer that hangs.
-    """
-
-    vertices: FloatArray
-    colors: FloatArray
-    known: BoolArray
-    parts: IntArray
-    front: IntArray
-    twin: IntArray
-    scalp: BoolArray
-    bare: BoolArray
-    neighbors: IntArray
-    skin: FloatArray | None
-    face: BoolArray
-    rest: FloatArray | None = None
-    cloth: BoolArray | None = None
-
-    def on(self, *names: str) -> BoolArray:
-        """Which vertices (V,) lie on the parts of these names."""
-        return on_parts(self.parts, *names)
-
-
-LIMB_PARTS: tuple[tuple[str, ...], ...] = (
-    _HEAD, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
-    *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
-)  # fmt: skip
-"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is
-there."""
-
-
-def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArray:
-    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of
-    any limb where the photo shows none of it.
-
-    A hand before the belly says nothing of the back.
-    """
-    from scipy.spatial import cKDTree
-
-    front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
-    for names in LIMB_PARTS:
-        own = on_parts(parts, *names)
-        shown = np.flatnonzero(own & known)
-        if len(shown) >= _TELLING:
-            front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
-    return np.asarray(front)
+"""Rounds of smoothing of labels on the back."""
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a color
-    that is not their label's: prints.
+    that is not that of their label (prints).
 
-    What the photo shows is sorted by color: every label has a palette from the parts that it lies
-    on for certain (hair: the crown; the upper garment: the chest; the lower one: the thighs).
-    Behind, the expected colors speak, and so does the label right before: hems, belts and collars
-    run around at their height. Both are smoothed over the surface.
+    Visible vertices are sorted by color: every label has a palette from parts that have it for
+    certain (hair: the crown; the upper garment: the chest; the lower one: the thighs). On the back,
+    the expected colors count, and the label right in front, because hems, belts and collars run
+    around at their height. Both are smoothed over the surface.
     """
-    lab = _lab(seen.colors)
+    lab = lab_of(seen.colors)
     palettes = _palettes(seen, lab)
     if not palettes:
         return np.full(len(lab), UNSURE), np.zeros(len(lab), bool)
@@ -255,8 +163,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
             cost[seen.cloth, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
-    # behind: a blurred expectation is less of a witness than the photo, and what stands before it
-    # another one
+    # on the back a blurred expectation is less certain than the photo, and the label in front of
+    # it is further evidence
     mirrored = chosen[seen.front]
     before = _COSTS.unlike_before * (np.arange(len(kinds)) != mirrored[:, None])
     before *= np.where(
@@ -265,15 +173,13 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
         np.where(kinds == HAIR, _COSTS.hair, 1.0),
     )
     before[seen.face[seen.front] | seen.on("head")] = 0
-    neckline = seen.on("torso") & (
-        kinds[mirrored] == SKIN
-    )  # those are the front's: behind, collars are higher
+    neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # on the back, collars are higher
     before[neckline] = np.where(kinds == SKIN, _COSTS.below_neckline * (UPPER in palettes), 0.0)
     trust = np.full((len(lab), 1), _COSTS.expected)
-    if HAIR in palettes:  # it reaches the nape, whatever is expected there
+    if HAIR in palettes:  # hair reaches the nape, whatever the network expects
         trust[seen.scalp] = _COSTS.expected_hidden
         before[seen.scalp] += _COSTS.no_hair * (kinds != HAIR)
-    if SKIN in palettes:  # who turns away has a face all the same
+    if SKIN in palettes:  # people who turn away have a face, too
         trust[seen.bare] = _COSTS.expected_hidden
         before[seen.bare] += _COSTS.no_skin * (kinds != SKIN)
     twins = seen.twin >= 0
@@ -293,7 +199,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
             np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)
         ]
     labels[best > _NEVER] = UNSURE
-    for kind in kinds:  # what is mostly of another color is something else
+    for kind in kinds:  # a label whose vertices mostly have another color is wrong
         own = labels == kind
         if strange[own].mean() > _COSTS.print_share if own.any() else False:
             labels[own & strange] = UNSURE
@@ -301,9 +207,9 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
 
 
 def _trunk_height(seen: Seen) -> FloatArray:
-    """How high (V,) vertices are along the trunk, meters: along the way from the thighs to the
-    head, however the person leans."""
-    thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*_HEAD)
+    """Height (V,) of vertices along the trunk, meters: along the axis from the thighs to the head,
+    also if the person leans."""
+    thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*HEAD_PARTS)
     up = np.array([0.0, 1.0, 0.0])
     if thighs.any() and head.any():
         up = seen.vertices[head].mean(axis=0) - seen.vertices[thighs].mean(axis=0)
@@ -311,16 +217,16 @@ def _trunk_height(seen: Seen) -> FloatArray:
 
 
 def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
-    """What a label costs (V,) on parts that seldom wear it: clothes of the color of skin, hair or
+    """Cost (V,) of a label on parts that rarely have it: clothes in the color of skin, hair or
     shoes are clothes."""
     from scipy.spatial import cKDTree
 
     cost = np.zeros(len(seen.parts))
     if kind == SHOES:
-        cost[~seen.on(*_FEET)] = _COSTS.shoes_off_feet
+        cost[~seen.on(*FOOT_PARTS)] = _COSTS.shoes_off_feet
     elif kind == SKIN and UPPER in palettes:
         cost[seen.on("torso")] = _COSTS.skin_on_trunk
-        cost[seen.on(*_ARMS)] = _COSTS.skin_on_arms
+        cost[seen.on(*ARM_PARTS)] = _COSTS.skin_on_arms
     elif kind == LOWER and UPPER in palettes:
         torso, height = seen.on("torso"), _trunk_height(seen)
         cost[torso] = _COSTS.lower_on_trunk * (
@@ -336,8 +242,8 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
 
 def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
-    """Vertices (V,) that look like hair but hang from no head: dark cloth; and small islands on its
-    unseen side, where nobody has a tuft alone."""
+    """Which vertices (V,) look like hair but are not connected to the head (dark cloth), or are
+    small unseen islands of hair."""
     hair = labels == HAIR
     piece = joined_pieces(hair, seen.neighbors)
     size = np.bincount(piece, hair & seen.on("head"))
@@ -348,16 +254,16 @@ def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
 
 
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
-    """Typical CIELAB colors (n, 3) of each label that the photo shows."""
+    """Typical CIELAB colors (n, 3) of each visible label."""
     from skimage.color import rgb2lab
 
     skin = None if seen.skin is None else rgb2lab(np.clip(seen.skin, 0, 1)[None])[0]
     bare = np.zeros(len(lab), bool)
     if skin is not None:
-        # in shadow skin is still skin, but a shirt may have its hue
+        # skin in shadow is still skin, but a shirt may have its hue
         bare = (
             np.linalg.norm(
-                (lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1
+                (lab - skin) * np.where(seen.on("torso", *ARM_PARTS)[:, None], _SHADE, _HUE), axis=1
             )
             < _PALETTE.skin
         )
@@ -365,12 +271,12 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     found: dict[int, FloatArray] = {}
     if skin is not None:
         found[SKIN] = _centers(
-            lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3
+            lab[seen.known & bare & seen.on(*HEAD_PARTS, *HANDS)], skin[None], count=3
         )
     head = seen.known & seen.on("head") & ~seen.face
     if head.sum() > _PALETTE.few:
         crown = head & (height > np.quantile(height[head], _PALETTE.crown)) & ~bare
-        if crown.sum() <= _PALETTE.few:  # fair hair has the skin's hue
+        if crown.sum() <= _PALETTE.few:  # fair hair has the hue of skin
             crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
         if crown.sum() > _PALETTE.few:
             found[HAIR] = _centers(lab[crown], None, count=2)
@@ -383,18 +289,18 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     if thighs.sum() > _PALETTE.many:
         thighs &= height > np.quantile(height[thighs], _PALETTE.thigh)
         lower = _centers(lab[thighs], None, count=4)
-        # dresses and overalls: what the legs wear is what the chest wears
+        # dresses and overalls: legs and chest have the same garment
         if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:
             found[LOWER] = lower
-    shoes = body & seen.on(*_FEET)
+    shoes = body & seen.on(*FOOT_PARTS)
     if shoes.sum() > _PALETTE.few:
         found[SHOES] = _centers(lab[shoes], None, count=2)
     return found
 
 
 def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:
-    """At most `count` centers of colors (N, 3) by k-means, those of few colors left out; `start`
-    (1, 3) joins them."""
+    """At most `count` centers of colors (N, 3) by k-means, without small clusters; `start` (1, 3)
+    is added."""
     from scipy.cluster.vq import kmeans2
 
     none = np.zeros((0, 3)) if start is None else start
@@ -408,7 +314,7 @@ def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatA
 
 
 def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) -> FloatArray:
-    """How far (V,) colors (V, 3) are from the nearest one of a palette (n, 3)."""
+    """Distance (V,) of colors (V, 3) from the nearest color of a palette (n, 3)."""
     away = np.linalg.norm((lab[:, None] - palette[None]) * shade, axis=2)
     return np.asarray(away.min(axis=1))
 
@@ -421,8 +327,8 @@ def _smoothed(
     rounds: int,
     weight: float = _NEIGHBORS_WEIGHT,
 ) -> FloatArray:
-    """Costs (V, K) to which neighbors that are of another mind have added; those of `fixed` (V,),
-    where not negative, never change theirs."""
+    """Add the votes of neighbors to costs (V, K). Vertices whose `fixed` (V,) is not negative keep
+    that label."""
     total = cost.copy()
     mixing = neighbor_mean(seen.neighbors)
     for _ in range(rounds):
@@ -433,10 +339,3 @@ def _smoothed(
             belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
         total = cost + weight * (1 - mixing @ belief)
     return total
-
-
-def _lab(colors: FloatArray) -> FloatArray:
-    from skimage.color import rgb2lab
-
-    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
-    return lab

@@ -1,4 +1,4 @@
-"""Patch matching on a surface: which place of the photo each unseen vertex continues."""
+"""Match patches on a surface: find the place of the photo that each unseen vertex continues."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from a2v.reconstruction.backs.exemplar import Exemplar
 from a2v.types import BoolArray, FloatArray, IntArray
 
 ROUNDS = 4
-"""Sweeps over the surface, there and back."""
+"""Number of sweeps over the surface, forward and backward."""
 HEIGHT_WEIGHT = 0.02
-"""Cost of a square centimeter of height, in units of the detail's variance; it levels off at 5
-cm."""
+"""Cost of a squared difference of height, per square centimeter, in units of the variance of the
+detail; constant from 5 cm on."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unrolled:
-    """A surface that lies flat around each of its vertices.
+    """A surface, unrolled around each of its vertices.
 
     Attributes
     ----------
@@ -44,16 +44,16 @@ def match_surface(
     known: BoolArray,
     seed: int = 0,
 ) -> tuple[FloatArray, BoolArray]:
-    """Places (V, 2) in the exemplar, pixels, that vertices continue, and for which vertices (V,)
-    there is one.
+    """Find the places (V, 2) of the exemplar, pixels, that vertices continue, and which vertices
+    (V,) have one.
 
-    The detail around each place goes on where its neighbors' ends, as well as can be: PatchMatch
-    (Barnes et al. 2009) with a surface in place of a target picture. A vertex tries what its
-    neighbors have, moved by the way to it (`maps`), what lies around its own place, ever nearer,
-    and its own pixel, what is before it or at its mirrored spot; it keeps what differs least from
-    what its neighbors expect around it. `known` vertices keep their own pixels, so the pattern
-    begins at the seam in phase; a small cost for places at another height along the limb keeps
-    rings level.
+    The detail around each place continues that of its neighbors as well as possible: PatchMatch
+    (Barnes et al. 2009) with a surface instead of a target picture. The candidates of a vertex are
+    the places of its neighbors, moved by the way to it (`maps`), random places around its own at
+    decreasing distances, and its own pixel, the one in front of it, or that of its mirrored spot.
+    It keeps the candidate that differs least from what its neighbors expect around it. `known`
+    vertices keep their own pixels, so the pattern begins in phase at the seam. A small cost for
+    places at another height along the limb keeps rings level.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def match_surface(
     labels : (V,) int
         0 for vertices that continue nothing.
     home : (V, 2)
-        Pixels of the exemplar at which the vertices would be looked for first.
+        Pixels of the exemplar that are the first candidates of the vertices.
     known : (V,) bool
     seed : int
     """
@@ -99,9 +99,19 @@ def match_surface(
             generator=generator,
         )
         run(
-            detail, exemplar.labels.astype(np.int64), exemplar.sources, neighbors.astype(np.int64), ways, labels.astype(np.int64),
-            np.ascontiguousarray(way), place, home, tries, leash, meter,
-        )  # fmt: skip
+            detail,
+            exemplar.labels.astype(np.int64),
+            exemplar.sources,
+            neighbors.astype(np.int64),
+            ways,
+            labels.astype(np.int64),
+            np.ascontiguousarray(way),
+            place,
+            home,
+            tries,
+            leash,
+            meter,
+        )
     return place, wanted & (place[:, 0] >= 0)
 
 
@@ -111,10 +121,17 @@ def _variance(detail: FloatArray, exemplar: Exemplar, kind: int) -> float:
 
 
 def _tries(
-    order: IntArray, place: FloatArray, home: FloatArray, labels: IntArray, pools: list[FloatArray], *, reach: float, generator: np.random.Generator
-) -> FloatArray:  # fmt: skip
-    """Places (n, 10, 2) to try for the vertices of `order` (n,): their own, the mirrored one, five
-    ever nearer to their own, three anywhere."""
+    order: IntArray,
+    place: FloatArray,
+    home: FloatArray,
+    labels: IntArray,
+    pools: list[FloatArray],
+    *,
+    reach: float,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Candidates (n, 10, 2) of the vertices of `order` (n,): their own place, the mirrored one,
+    five at decreasing distances from their own, three anywhere."""
     own = place[order][:, None]
     around = (
         own
@@ -130,7 +147,7 @@ def _tries(
 
 
 def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> IntArray:
-    """The wanted vertices, those next to known ones first."""
+    """The vertices to be matched, those next to known ones first."""
     from scipy.spatial import cKDTree
 
     number = np.flatnonzero(wanted)
@@ -141,15 +158,25 @@ def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> In
 
 
 def _sweep(
-    detail: Any, kinds: Any, sources: Any, neighbors: Any, ways: Any, labels: Any, order: Any, place: Any, home: Any, tries: Any,
-    leash: Any, meter: float,
-) -> None:  # fmt: skip
+    detail: Any,
+    kinds: Any,
+    sources: Any,
+    neighbors: Any,
+    ways: Any,
+    labels: Any,
+    order: Any,
+    place: Any,
+    home: Any,
+    tries: Any,
+    leash: Any,
+    meter: float,
+) -> None:
     """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by
     numba.
 
-    `ways` (V, N, 2) lead to each vertex from its neighbors, pixels; `tries` (n, K, 2) are places
-    to try for each of `order`, those below 0 none; `leash` (labels,) is what a square centimeter of
-    height costs.
+    `ways` (V, N, 2) lead to each vertex from its neighbors, pixels; `tries` (n, K, 2) are the
+    candidates of each vertex of `order` (negative: none); `leash` (labels,) is the cost of a square
+    centimeter of height.
     """
     height, width = kinds.shape
     count, extra = neighbors.shape[1], tries.shape[1]

@@ -1,4 +1,4 @@
-"""Vertices next to each other: pieces of them, and means over them."""
+"""Connected pieces of neighboring vertices, and means over neighbors."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from a2v.types import BoolArray, IntArray
 
 
 def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
-    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other
-    (`neighbors` (V, N)) are one, others alone."""
+    """Index (V,) of the piece of each vertex: `chosen` (V,) neighbors (`neighbors` (V, N)) form one
+    piece, every other vertex its own."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 

@@ -1,5 +1,5 @@
-"""Borders of garments that run around the body at their height: where the photo does not show a
-hem, a sleeve or a belt, it goes on as it is seen."""
+"""Continue borders of garments around the body at their height, where the photo does not show the
+hem, the sleeve or the belt."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import on_parts
-from a2v.reconstruction.backs.labels import LOWER, SHOES, SKIN, UPPER
+from a2v.reconstruction.backs.seen import LOWER, SHOES, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _SIDES = ("left", "right")
@@ -18,31 +18,29 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], tuple[int, ...], tuple[int, ...]], ...
     ("leg", ("shin", "foot"), (UPPER, LOWER, SKIN), (SHOES,)),
     ("arm", ("upper_arm", "lower_arm", "hand"), (UPPER,), (SKIN,)),
 )
-"""What borders may run around: of which tube, on which of its parts, what is towards the trunk (of
-the trunk: above), and what beyond."""
+"""Borders that may run around: the tube, its parts, the label towards the trunk (on the trunk:
+above), and the label beyond."""
 _LEAST = 25
-"""So many vertices of either side must be seen."""
+"""Smallest number of visible vertices on each side of a border."""
 _EXPLAINED = 0.9
-"""A curve holds if it explains so large a share of what is seen of both sides, each counting a
-half."""
+"""Smallest share of the visible vertices that a curve explains; each side counts a half."""
 _BAND = 0.12
-"""What is seen up to so far from the middle of the border counts, meters: beyond, it is no
-question."""
+"""Distance from the middle of the border up to which visible vertices count, meters."""
 _OTHER = 0.3
-"""What the mirrored limb shows counts for."""
+"""Weight of the mirrored limb."""
 _WIDTH = 0.008
-"""Meters over which a border's place is uncertain."""
+"""Uncertainty of the place of a border, meters."""
 _TILT = 0.03
-"""Meters by which borders usually rise from the middle to one side of what is seen; ..."""
+"""Usual rise of borders from the middle to one side of the visible arc, meters."""
 _UNSEEN_TILT = 0.004
-"""... from what is seen to what is hidden, which nothing tells; ..."""
+"""Usual rise from the visible to the hidden side, which is not observed, meters."""
 _MOST_TILT = 0.06
-"""... and by which they do at most."""
+"""Largest rise, meters."""
 _HALF = 0.4
-"""The mean of the directions, as unit vectors, in which a border is seen is longer than this where
-it is seen from one side alone."""
+"""Length of the mean of the unit vectors towards the visible parts of a border above which it is
+visible from one side only."""
 _ROUNDS = 25
-"""Steps of Newton's method."""
+"""Number of steps of Newton's method."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +52,7 @@ class _Tube:
     own : (n,) int
         Its vertices.
     along : (n,) float64
-        Meters, towards the trunk; of the trunk, up.
+        Meters towards the trunk; on the trunk, upwards.
     turn : (n, 2) float64
         Cosine and sine of the angle around the axis; mirrored limbs have mirrored angles.
     """
@@ -65,24 +63,23 @@ class _Tube:
 
 
 def around(labels: IntArray, rest: FloatArray, parts: IntArray, known: BoolArray) -> IntArray:
-    """Labels (V,) whose borders between garments, skin and shoes go on around the body where the
-    photo does not show them.
+    """Continue the borders between garments, skin and shoes of labels (V,) around the body, where
+    the photo does not show them.
 
-    Of each limb the border is a plane curve, ``height = a + b cos + c sin`` of the angle around the
-    limb, that parts best what is seen of both sides of it (logistic regression; the mirrored limb
-    counts, too). Only vertices that are not `known` change, and only between the two kinds of
-    stuff.
+    The border on each limb is a plane curve, ``height = a + b cos + c sin`` of the angle around the
+    limb, that separates the visible vertices of both sides best (logistic regression; the mirrored
+    limb counts, too). Only vertices that are not `known` change, and only between these two labels.
 
     Parameters
     ----------
     labels : (V,) int
-        Index into `a2v.reconstruction.backs.labels.KINDS`.
+        Index into `a2v.reconstruction.backs.seen.KINDS`.
     rest : (V, 3)
         Vertices at rest, meters, the person's left on +x.
     parts : (V,) int
         Index into `a2v.body.PARTS`.
     known : (V,) bool
-        Vertices whose labels the photo tells.
+        Vertices whose labels the photo shows.
     """
     result = labels.copy()
     for kind, names, near, far in _PAIRS:
@@ -106,8 +103,8 @@ def _relabel(
     near: tuple[int, ...],
     far: tuple[int, ...],
 ) -> None:
-    """Give what is hidden of a tube the stuff of its side of the border; where several may lie on
-    that side, the one that is seen nearest along the tube."""
+    """Give hidden vertices of a tube the label of their side of the border; of several possible
+    labels, the one that is visible nearest along the tube."""
     for kinds, side in ((near, within), (far, ~within)):
         wrong = hidden & side & ~np.isin(labels[tube.own], kinds)
         right = np.isin(labels[tube.own], kinds) & side
@@ -120,7 +117,7 @@ def _relabel(
 
 
 def _tubes(kind: str, names: tuple[str, ...], rest: FloatArray, parts: IntArray) -> list[_Tube]:
-    """The trunk, or both limbs of a kind."""
+    """The trunk, or both limbs of one kind."""
     if kind == "trunk":
         own = np.flatnonzero(on_parts(parts, *names))
         return [_tube(rest, own, np.array([0.0, 1.0, 0.0]), 1.0)] if len(own) else []
@@ -167,8 +164,8 @@ def _curve(
     near: tuple[int, ...],
     far: tuple[int, ...],
 ) -> FloatArray | None:
-    """Height and tilt (3,), meters, of a border between two kinds of stuff on a tube; None where
-    what is seen tells none."""
+    """Height and tilt (3,), meters, of a border between two labels on a tube; None if it is not
+    visible."""
     along, turn, inner, weight = [], [], [], []
     for one, count in ((tube, 1.0), *((other, _OTHER) for other in others)):
         shown = known[one.own] & np.isin(labels[one.own], (*near, *far))
@@ -199,18 +196,18 @@ def _curve(
 
 
 def _cut(height: FloatArray, inner: BoolArray, weight: FloatArray) -> float:
-    """The height that parts best what lies `inner`, above it, from the rest, each counting a
-    half."""
+    """The height that separates the `inner` vertices, above it, best from the others; each side
+    counts a half."""
     order = np.argsort(height, kind="stable")
     w = weight * np.where(inner, 1 / weight[inner].sum(), 1 / weight[~inner].sum())
     below = np.cumsum(
         np.where(inner, w, -w)[order]
-    )  # what is inner and below, less what is outer and below
+    )  # inner vertices below, minus outer vertices below
     return float(height[order[below.argmin()]])
 
 
 def _stiffness(angle: FloatArray) -> FloatArray:
-    """What tilts (3, 3) cost, by the square of meters: a pocket in the front does not lift the
+    """Cost (3, 3) of squared tilts, per square meter: a pocket in the front does not lift the
     seat."""
     middle = angle.mean(axis=0)
     long = float(np.linalg.norm(middle))
@@ -224,8 +221,8 @@ def _stiffness(angle: FloatArray) -> FloatArray:
 def _newton(
     height: FloatArray, angle: FloatArray, inner: BoolArray, weight: FloatArray, middle: float
 ) -> FloatArray:
-    """Height and tilt (3,) of the border by logistic regression at a fixed width (`_WIDTH`); tilts
-    are small unless much speaks for them."""
+    """Height and tilt (3,) of the border by logistic regression at a fixed width (`_WIDTH`), with a
+    penalty on the tilt."""
     design = np.concatenate([np.ones((len(height), 1)), angle], axis=1)
     ridge = 0.02 * len(height) * _WIDTH**2 * _stiffness(angle)
     curve = np.array([middle, 0.0, 0.0])

@@ -1,5 +1,4 @@
-"""The other side of the body: what the photo shows of one half stands for the half that it does not
-show."""
+"""Use the visible half of the body for the hidden one."""
 
 from __future__ import annotations
 
@@ -10,16 +9,16 @@ from a2v.reconstruction.backs.pieces import joined_pieces
 from a2v.types import BoolArray, IntArray
 
 NEAR = 0.03
-"""A spot stands for its mirrored one within so many meters of it, along the body at rest."""
+"""Largest distance of a vertex from the mirrored spot, meters on the body at rest."""
 PATCH = 0.004
-"""Smaller shares of the surface have no twins: a stripe's end alone would be a blot."""
+"""Smallest share of the surface that gets twins: the end of a single stripe would be a blot."""
 
 
 def find_twins(
     spots: Spots, *, known: BoolArray, clear: BoolArray, neighbors: IntArray
 ) -> IntArray:
-    """For each vertex (V,) that is not `known` (V,) the `clear` (V,) one at the mirrored spot of
-    the body; -1 where there is none.
+    """For each vertex (V,) that is not `known` (V,), the `clear` (V,) vertex at the mirrored spot
+    of the body; -1 for none.
 
     `neighbors` (V, N) are nearest vertices.
     """

@@ -1,4 +1,4 @@
-"""A character that is built in the body's rest pose, in which nothing touches: the body's own mesh,
+"""Build a character in the rest pose of the body, in which nothing touches: the mesh of the body,
 refined and displaced to the dressed surface."""
 
 from a2v.reconstruction.canonical.build import canonical_person

@@ -1,5 +1,5 @@
-"""The canonical person of a reconstruction: the body's mesh at rest, displaced to the dressed
-surface, with the model's own face, hands and feet."""
+"""Build the canonical person of a reconstruction: the mesh of the body at rest, displaced to the
+dressed surface, with the face, hands and feet of the model."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.binding import four_weights
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.hem import skirt_hem
@@ -20,26 +21,41 @@ from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
-from a2v.reconstruction.canonical.skirt import BELOW, covered, make_skirt, skirt_faces, with_skirt
+from a2v.reconstruction.canonical.skirt import (
+    BELOW,
+    Skirt,
+    covered,
+    make_skirt,
+    skirt_faces,
+    with_skirt,
+)
 from a2v.reconstruction.canonical.topology import Topology, topology
-from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
-from a2v.reconstruction.canvas import surroundings_taken
+from a2v.reconstruction.canonical.wear import (
+    flat_soles,
+    in_shoes,
+    in_tips,
+    thin_under_skirt,
+    without_anatomy,
+)
+from a2v.reconstruction.canvas import STEP, body_shown, surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
-from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
+from a2v.reconstruction.limbs_seen import bare_feet
+from a2v.types import Body, BoolArray, FloatArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
+FEET = tuple(name for name in PARTS if name.endswith("foot"))
 _BENT = (0.55, 0.95)
-"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements count
-`_CREASED` up to the first value, and whole from the second on."""
+"""Determinants of the skinning, which shrinks the body in the creases of bent joints. Displacements
+have the weight `_CREASED` up to the first value, and their full weight from the second on."""
 _CREASED = 0.05
-"""What displacements count for in creases."""
+"""Weight of displacements in creases."""
 _DOWN = -0.4
-"""Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or
-nothing that was seen."""
+"""Height of the normal below which skin of a foot is its sole. Below it lies the ground, or
+something unseen."""
 _EXPECTED = 0.03
-"""A color that the backend expects of its surface holds for vertices of the character up to so far
-from it, meters, that face the same way."""
+"""Distance up to which a color that the backend expects holds for a vertex of the character with a
+similar normal, meters."""
 
 
 def canonical_person(
@@ -50,87 +66,123 @@ def canonical_person(
     hangs: bool | None = None,
     others: Sequence[Sight] = (),
 ) -> Reconstruction:
-    """Build the person on the body's own mesh.
+    """Build the person on the mesh of the body.
 
-    1. The body's mesh, refined, is cast along its normals onto the reconstructed surface. A hit
-       counts where it is of the vertex' own part, and nothing else touches there.
-    2. One sparse solve gives the displacement of every vertex: near what was observed, elsewhere
-       the mirrored side's or what is usual on that part.
-    3. The displacements are laid on the body at rest, so that nothing of the photo's pose remains.
+    1. Rays from the refined mesh of the body along its normals meet the reconstructed surface. A
+       hit counts if it is of the same part as the vertex and nothing else touches there.
+    2. One sparse solve gives the displacement of every vertex: near the observed one, else near
+       that of the mirrored side or the usual one of the part.
+    3. The displacements are applied to the body at rest, so that nothing of the photo's pose
+       remains.
 
     Parameters
     ----------
     sight : Sight
         The photo, with Anny fitted to the surface that was reconstructed from it.
     hangs : bool, optional
-        Whether cloth hangs between the legs: it becomes a layer of its own. None: as
-        `hangs_between_legs` finds.
+        Whether cloth hangs between the legs, which becomes a separate layer. None: as found by
+        `hangs_between_legs` and `skirt_hem`.
     others : sequence of Sight
-        Further photos of the same person, in any order; their bodies have the shape of this one.
+        Further photos of the same person, in any order; all bodies have the same shape.
 
     Returns
     -------
     Reconstruction
-        Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
+        The surface is in the pose of the photo; ``surface.standing`` is the same surface at rest.
     """
     mesh, person = topology(), sight.person
-    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings())
-    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
-    hangs = (
-        (
-            hem is not None
-            or hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera)
-        )
-        if hangs is None
-        else hangs
-    )
+    posed = body_shown(sight.body, sight.subject, sight.camera)
+    bare = bare_feet(sight.subject, sight.body, sight.camera, posed, STEP)
+    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings(), bare=bare)
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
+    skirt, lowest = _skirt(sight, body, without_anatomy(body, shod), hangs)
+    hidden = np.zeros(len(parts), bool) if skirt is None else covered(skirt, at_rest, parts, lowest)
     asked = (
         mesh.skin
         & ~on_parts(parts, *HANDS)
         & ~laid.around(mesh, at_rest)
-        & ~in_tips(body, at_rest, parts)
+        & ~(on_parts(parts, *FEET) if bare else in_tips(body, at_rest, parts))
+        & ~hidden
     )
-    skirt = (
-        make_skirt(
-            person.surface, body, without_anatomy(body, shod), None if hem is None else hem[0]
-        )
-        if hangs
-        else None
-    )
+    vertices = _displaced(sights, poses, rest, asked, settings)
+    vertices = vertices if bare else flat_soles(vertices, parts)
     if skirt is not None:
-        asked &= ~covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
-    sole = on_parts(parts, "left_foot", "right_foot") & (
-        ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN
-    )
-    observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
-    offset = solve_offsets(
-        rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
-    )
-    vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
+        vertices = thin_under_skirt(vertices, body, hidden, skirt.hem)
     standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = (
             with_skirt(standing, skirt),
             np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))]),
         )
+    found = {
+        "character": "canonical",
+        "face": laid.reason,
+        "bare_feet": bare,
+        "small_face": laid.small,
+        "turned_face": laid.averted,
+    } | ({"photos": len(sights), "face_photo": shown} if others else {})
     surface = Surface(
-        vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
-    )  # fmt: skip
+        vertices=posed_vertices(standing, body),
+        faces=faces.astype(np.int32),
+        colors=np.full(standing.vertices.shape, 0.6, np.float32),
+        face=face_on(mesh, laid, sights[shown].subject),
+        standing=standing,
+        provenance=dict(person.surface.provenance) | found,
+    )
     return dataclasses.replace(
         person, surface=surface, expected_colors=_expected(person, surface), from_body=False
     )
 
 
+def _skirt(
+    sight: Sight, body: Body, rest: FloatArray, hangs: bool | None
+) -> tuple[Skirt | None, float]:
+    """The skirt on a body at `rest` (V, 3), None without one, and the height, meters, down to which
+    legs under it have no clothes; `hangs` as in `canonical_person`."""
+    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
+    if hangs is None:
+        surface = sight.person.surface
+        hangs = hem is not None or hangs_between_legs(
+            surface, sight.body, sight.subject, sight.camera
+        )
+    if not hangs:
+        return None, 0.0
+    skirt = make_skirt(sight.person.surface, body, rest, None if hem is None else hem[0])
+    if skirt is None:
+        return None, 0.0
+    return skirt, skirt.hem if hem is None else hem[1] - BELOW
+
+
+def _displaced(
+    sights: Sequence[Sight],
+    poses: Sequence[FloatArray],
+    rest: RestMesh,
+    asked: BoolArray,
+    settings: CharacterSettings,
+) -> FloatArray:
+    """Displace the vertices (V, 3) at rest that are `asked` (V,) by the observations of the
+    photos."""
+    normals = ray_normals(rest.vertices, rest.faces)
+    sole = on_parts(rest.parts, *FEET) & (normals[:, 1] < _DOWN)
+    observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
+    offset = solve_offsets(
+        rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing
+    )
+    return np.asarray(rest.vertices + offset[:, None] * normals)
+
+
 def _shod(
-    given: Sequence[Sight], face: FaceSettings
+    given: Sequence[Sight], face: FaceSettings, *, bare: bool
 ) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
-    """The sights with the head turned as the photo that shows the face best has it, which one that
-    is, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and with
-    shoes: in the pose of every photo, and at rest.
+    """Put face and shoes on the body; `bare` feet get no shoes.
+
+    Returns
+    -------
+    The sights with the head turned as in the photo that shows the face best, the index of that
+    photo, its face on the body, and Anny's vertices and teeth (13854, 3) with this face and shoes:
+    in the pose of every photo, and at rest.
     """
     sights, shown = list(given), face_of([sight.subject for sight in given])
     faced = sights[shown]
@@ -143,7 +195,7 @@ def _shod(
     posed, rest = with_teeth(sights[shown].body)
     turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(sights[shown].body, rest)
+    shod = in_shoes(sights[shown].body, rest, bare=bare)
     own = posed + np.einsum("vab,vb->va", turns, shod - rest)
     return (
         sights,
@@ -165,8 +217,8 @@ def _observed(
     *,
     near: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), meters, and what they count for (V,), by the photos, in whose `poses`
-    (13854, 3) Anny's vertices and teeth are given."""
+    """Displacements (V,), meters, and their weights (V,), observed in the photos; `poses` are
+    Anny's vertices and teeth (13854, 3) in the pose of each photo."""
     mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
@@ -178,23 +230,26 @@ def _observed(
 
 
 def _carried(body: Body, shod: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3)
+    """Anny's vertices and teeth (13854, 3) in the pose of a body, from those at rest (13854, 3)
     with shoes and a face."""
     posed, rest = with_teeth(body)
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
 
 def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
-    """The mesh at rest (V, 3) with its binding."""
+    """Bind the mesh at rest (V, 3)."""
     weights, bones = four_weights(mesh, body)
     return Standing(
-        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
-    )  # fmt: skip
+        vertices=vertices.astype(np.float32),
+        weights=weights.astype(np.float32),
+        bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32),
+        parts=body.parts[mesh.nearest].astype(np.int8),
+    )
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Anny's vertices with teeth (13854, 3) in a body's pose and at rest."""
+    """Anny's vertices with teeth (13854, 3) in the pose of a body and at rest."""
     rest = rest_vertices(body)
     rows = teeth()
     near = np.argsort(np.linalg.norm(rows.around - rows.vertices.mean(axis=0), axis=1))[:900]
@@ -211,24 +266,14 @@ def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
 
 
 def blended_turns(body: Body) -> FloatArray:
-    """How Anny's vertices and teeth are turned from rest, (13854, 3, 3)."""
+    """Blended rotations from rest (13854, 3, 3) of Anny's vertices and teeth."""
     turns = moved_from_rest(body)[..., :3]
     mouth = topology().nearest[EYES.stop]
     return np.concatenate([turns, np.tile(turns[mouth], (len(teeth().vertices), 1, 1))])
 
 
-def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
-    """The four largest skinning weights (V, 4) of the mesh, largest first, and their bones (V,
-    4)."""
-    of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
-    dense = mesh.spread(np.concatenate([body.weights, of_teeth]))
-    bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
-    largest = np.take_along_axis(dense, bones, axis=1).astype(np.float64)
-    return largest / largest.sum(axis=1, keepdims=True), bones
-
-
 def posed_vertices(standing: Standing, body: Body) -> FloatArray:
-    """A standing surface's vertices (V, 3) float32 in the pose of its body: linear blend
+    """Vertices (V, 3) float32 of a standing surface in the pose of its body: linear blend
     skinning."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
@@ -246,8 +291,8 @@ def posed_vertices(standing: Standing, body: Body) -> FloatArray:
 
 
 def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
-    """The backend's expected colors (V, 3) carried over to the character; NaN where its surface is
-    elsewhere."""
+    """Expected colors (V, 3) of the backend at the vertices of the character; NaN for vertices far
+    from its surface."""
     from scipy.spatial import cKDTree
 
     if person.expected_colors is None:

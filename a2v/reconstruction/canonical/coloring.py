@@ -1,4 +1,4 @@
-"""What a canonical person is colored on: the model's own texture layout."""
+"""Color a canonical person on the texture layout of the model."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 def canvas_of(
     surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int
 ) -> Canvas:
-    """The canvas of a canonical person's surface, in the photo's pose and the flat frame of
-    `camera`, with a texture of `size` texels."""
+    """The canvas of a canonical person's surface in the pose of the photo and the flat frame of
+    `camera`, with a texture of `size` texels on each side."""
     assert surface.standing is not None
     parts = np.asarray(surface.standing.parts, np.int64)
     own = len(topology().twin)
@@ -33,9 +33,14 @@ def canvas_of(
     clues = clues_of(subject, body, camera, np.arange(len(parts)) >= own)
     agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues)
     return Canvas(
-        rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
-        atlas=layout(size, hanging), agreement=agreement, hands=clues.tone(subject.image), loose=clues.loose,
-    )  # fmt: skip
+        rest=surface.standing.vertices.astype(np.float64),
+        parts=parts,
+        twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
+        atlas=layout(size, hanging),
+        agreement=agreement,
+        hands=clues.tone(subject.image),
+        loose=clues.loose,
+    )
 
 
 def color_by_photos(
@@ -45,8 +50,8 @@ def color_by_photos(
     settings: ColorSettings,
     progress: Progress | None = None,
 ) -> Surface:
-    """The canonical person's surface in colors of several photos; `sights` begin with the photo in
-    whose pose it stands."""
+    """Color the surface of a canonical person by several photos; the first of `sights` is the photo
+    in whose pose it stands."""
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
     seen = [_as_in(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)]
@@ -82,8 +87,8 @@ def color_by_photos(
 
 
 def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
-    """The surface in the pose of a photo, in the flat frame of its camera; in that of the `first`
-    it stands already."""
+    """The surface in the pose of a photo, in the flat frame of its camera; it already has the pose
+    of the `first` one."""
     assert surface.standing is not None
     vertices = surface.vertices if first else posed_vertices(surface.standing, sight.body)
     return dataclasses.replace(surface, vertices=sight.camera.flatten(vertices))
@@ -91,8 +96,8 @@ def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
 
 @functools.lru_cache(maxsize=2)
 def layout(size: int, hanging: int = 0) -> Atlas:
-    """MakeHuman's texture layout on `size` texels; above the strip of a skirt of so many vertices
-    that are `hanging`."""
+    """MakeHuman's texture layout on `size` texels per side, above the strip of a skirt with
+    `hanging` vertices (0: no strip)."""
     uv = topology().uv
     if hanging:
         uv = np.concatenate([body_layout(uv), skirt_layout(hanging)])

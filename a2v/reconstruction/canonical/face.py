@@ -1,5 +1,5 @@
-"""The face of a canonical person: the model's own, bent to the photo's landmarks, with all its
-expressions at rest."""
+"""Lay the face of the body model on a canonical person, bent to the landmarks of the photo, with
+all expressions at rest."""
 
 from __future__ import annotations
 
@@ -26,20 +26,26 @@ from a2v.reconstruction.face.build import (
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
-"""The head follows the face's bend up to so far from it, meters on the body at rest."""
+"""Distance from the face up to which the head follows its bend, meters on the body at rest."""
 _JAW = 0.03
-"""Below the eyes what lies so near to the face keeps its shape, meters."""
+"""Below the eyes, the head keeps its shape up to this distance from the face, meters."""
 _BROW = 0.005
-"""The same above them, where hair begins."""
+"""Above the eyes, where hair begins, it keeps its shape up to this distance, meters."""
 SMALL = 44.0
-"""Faces narrower than so many pixels keep the model's own features: landmarks are off by more than
-what tells people apart."""
-SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colors"
+"""Width in pixels below which a face keeps the features of the model: the errors of the landmarks
+are larger than the differences between people."""
+SMALL_FACE = (
+    "the face is small in the photo: the character has the body model's own features in the "
+    "photo's colors"
+)
 _MOST = 80.0
-"""Faces turned farther than so many degrees from the camera have no expressions."""
-TURNED_FACE = "the face is turned away in the photo: the character has the body model's own features in the photo's colors"
+"""Angle from the camera, degrees, beyond which faces have no expressions."""
+TURNED_FACE = (
+    "the face is turned away in the photo: the character has the body model's own features in the "
+    "photo's colors"
+)
 _STIFF = 10.0
-"""Smoothing of thin-plate splines, square meters, that leaves nothing but an affine map."""
+"""Smoothing of thin-plate splines, square meters, at which only an affine map remains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +55,10 @@ class Laid:
     Attributes
     ----------
     reason : str
-        "anny", or why there is none.
+        "anny", or the reason why there is no face.
     bent : BentFace or None
     small, averted : bool
-        Whether the photo's face is too small, or turned too far away, for its own features.
+        Whether the face in the photo is too small, or turned too far away, for features of its own.
     """
 
     reason: str
@@ -63,7 +69,7 @@ class Laid:
     def applied(
         self, posed: FloatArray, rest: FloatArray, turns: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent, and the head
+        """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent and the head
         following it."""
         if self.bent is None:
             return posed, rest
@@ -74,8 +80,10 @@ class Laid:
         return posed + moved, rest + np.linalg.solve(turns, moved[..., None])[..., 0]
 
     def turned(self, body: Body) -> Body:
-        """The body with its head turned as the photo's: the fit has it from few landmarks, and a
-        face on a head that is turned otherwise sits askew."""
+        """The body with the head turned as in the photo.
+
+        The fit turns the head by few landmarks, and a face on a head with another turn sits askew.
+        """
         if self.bent is None:
             return body
         head = body.bone_names.index("head")
@@ -90,15 +98,15 @@ class Laid:
         return reskinned(body, transforms)
 
     def covered(self, mesh: Topology) -> BoolArray:
-        """Which vertices (V,) of the mesh are the face's."""
+        """Which vertices (V,) of the mesh belong to the face."""
         own = np.zeros(mesh.first + 136, np.float64)
         if self.bent is not None:
             own[self.bent.patch.vertices] = 1.0
         return np.asarray(mesh.spread(own) > 0.99)
 
     def around(self, mesh: Topology, rest: FloatArray) -> BoolArray:
-        """Which vertices (V,) of the mesh, at `rest` (V, 3), the face's shape holds: its own, and
-        the jaw's and the cheeks' beside it."""
+        """Which vertices (V,) of the mesh, at `rest` (V, 3), keep the shape that the face gives
+        them: those of the face, and of the jaw and the cheeks beside it."""
         from scipy.spatial import cKDTree
 
         own = self.covered(mesh)
@@ -115,8 +123,8 @@ NO_FACE = Laid("none was asked for")
 def lay_face(
     surface: Surface, subject: Subject, body: Body, camera: Camera, settings: FaceSettings
 ) -> Laid:
-    """The body's face on the photo's; a small one, and one that is turned away, as the model has
-    it, only moved, turned and scaled."""
+    """Lay the face of the body on that of the photo. A small face, and one that is turned away,
+    keeps the features of the model: it is only moved, turned and scaled."""
     small = subject.face is not None and face_width(subject.face) < SMALL
     if small:
         settings = dataclasses.replace(settings, smoothing=_STIFF)
@@ -129,8 +137,8 @@ def lay_face(
 
 
 def face_width(landmarks: FloatArray) -> float:
-    """Width of a face in pixels: from one ear's root to the other's, as mediapipe's landmarks (478,
-    3) have them."""
+    """Width of a face, pixels, from one ear's root to the other's, by mediapipe's landmarks (478,
+    3)."""
     return float(np.linalg.norm((landmarks[454] - landmarks[234])[:2]))
 
 
@@ -160,7 +168,8 @@ def face_on(mesh: Topology, laid: Laid, subject: Subject) -> Face | None:
 
 
 def _followed(rest: FloatArray, moved: FloatArray, own: np.ndarray) -> FloatArray:
-    """The skin's shifts (n, 3): given on `own` vertices, 0 far from them, harmonic between."""
+    """Shifts (n, 3) of the skin: those given on the `own` vertices, 0 far from them, and harmonic
+    between."""
     from scipy.sparse import diags
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""Cloth that hangs between the legs: no displacement of a leg."""
+"""Decide whether cloth hangs between the legs, which is not a displacement of a leg."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from a2v.reconstruction.canonical.hem import shadow_between_legs
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
 
 _GAP = 0.05
-"""Where the legs' skins are nearer to each other, meters, what lies between says nothing."""
+"""Distance between the skins of both legs below which a place between them is not used, meters."""
 _SHARE = 0.5
-"""Of the places between the legs that tell, at least so many lie within cloth, and have the colors
-of the legs around them."""
+"""Smallest share of the used places that lie within cloth, and that have the colors of the legs
+around them."""
 _LEAST = 3
 _ALIKE = 12.0
-"""Colors within so many CIELAB units are alike; lightness counts a third, for cloth between two
-legs lies in their shadow."""
+"""Largest distance of similar colors, CIELAB units. Lightness counts a third, because cloth between
+two legs lies in their shadow."""
 _AROUND = 0.25
-"""The picture's colors are asked over this share of the gap around its middle."""
+"""Share of the gap, around its middle, over which colors are sampled."""
 _ROWS = 0.03
-"""And so far above and below, meters."""
+"""Height above and below a place within which the legs are sampled, meters."""
 _SAMPLES = 1500
-"""Samples of the legs at that height."""
+"""Largest number of samples of the legs at one height."""
 _OFTEN = 0.15
-"""At least this share of them is alike."""
+"""Smallest share of these samples with a similar color."""
 _BENT = 60.0
-"""Who bends the hips by more degrees, as seated people do, shows the seat of the trousers between
-the thighs: the shins alone tell."""
+"""Bend of the hips, degrees, above which only the shins are used: between the thighs of seated
+people the photo shows the seat of the trousers."""
 _THIGHS = 8
-"""Places between the thighs that are asked; those between the shins come after them."""
+"""Number of places between the thighs; those between the shins follow them."""
 
 
 def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: Camera) -> bool:
-    """Whether cloth hangs between a body's thighs or shins where the legs stand apart.
+    """Whether cloth hangs between the thighs or shins of a body whose legs stand apart.
 
-    The reconstructed `surface` (closed, in the photo's pose) is filled there, and the photo shows
-    what it shows on the legs at the same height: a mask that took the background between two
-    trouser legs for the person fills the surface as well.
+    The reconstructed `surface` (closed, in the pose of the photo) is filled there, and the photo
+    shows the same there as on the legs at the same height. The second condition is needed because
+    a mask that took the background between two trouser legs for the person fills the surface, too.
     """
     from scipy.spatial import cKDTree
 
@@ -73,8 +73,7 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
 
 
 def _hips_bent(body: Body) -> float:
-    """By how many degrees the thighs, the less bent one, point away from where they do at rest, as
-    seen from the trunk."""
+    """Angle, degrees, of the less bent thigh from its direction at rest, relative to the trunk."""
     from scipy.spatial.transform import Rotation
 
     moved = body.bone_transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(
@@ -98,8 +97,8 @@ def _hips_bent(body: Body) -> float:
 def _alike(
     middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera
 ) -> float:
-    """Share of what the photo shows around `middle` (n, 3), places between the legs `away` (n,)
-    meters from them, that it also shows on legs at the same height; 1 where nothing tells."""
+    """Share of the colors around `middle` (n, 3), places between the legs and `away` (n,) meters
+    from them, that the photo also shows on the legs at the same height; 1 if no place is used."""
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 

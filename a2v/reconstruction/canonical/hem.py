@@ -1,58 +1,59 @@
-"""The hem of a skirt on legs that are together: no gap between them tells of cloth, but bare legs
-come out of one piece of it."""
+"""Find the hem of a skirt on legs that are together: there is no gap between the legs, but bare
+legs come out of one piece of cloth."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.canvas import STEP, parts_shown
+from a2v.reconstruction.canvas import STEP, body_shown
 from a2v.reconstruction.limbs_seen import lit_skin
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject, Surface
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Subject
 
 _ALONG = np.linspace(0.3, 1.75, 88)
-"""Where both legs are asked: 0 at the hip, 1 at the knee, 2 at the ankle."""
+"""Places along both legs at which the photo is sampled: 0 at the hip, 1 at the knee, 2 at the
+ankle."""
 _CLOTH = 0.5
-"""Up to here legs tell the colors of what they wear."""
+"""Place up to which legs give the colors of the cloth."""
 _ACROSS = 0.025
-"""So far beside a leg's axis, meters, pixels are asked."""
+"""Distance beside the axis of a leg within which pixels are sampled, meters."""
 _LIGHT = 0.15
-"""What lightness counts for: legs lie in the shadow of a skirt."""
+"""Weight of lightness: legs lie in the shadow of a skirt."""
 _HUES = (60.0, 8.0)
-"""And a and b, which fade in the shadow too: times the first, divided by lightness and the
-second."""
+"""Weight of a and b, which fade in the shadow, too: the first value divided by the sum of lightness
+and the second."""
 _SKIN = 20.0
-"""Colors so near to the face's skin, in units of `_stuff`, may be a leg's."""
+"""Largest distance of the color of a leg from the skin of the face, in units of `_stuff`."""
 _RIGHT = 0.85
-"""So large a share of both sides of a hem is cloth above and skin below."""
+"""Smallest share of cloth above a hem, and of skin below it."""
 _BARE = 6
-"""At least so many places below it are asked."""
+"""Smallest number of places sampled below the hem."""
 _LOWEST = 1.6
-"""Farther down it is no hem of a skirt whose legs are together, but of trousers."""
+"""Place below which a hem belongs to trousers."""
 _UNEVEN = 0.14
-"""Hems of both legs lie at most so far apart along them, meters: above a raised knee it slides
+"""Largest difference of height between the hems of both legs, meters: above a raised knee it slides
 up."""
 _OVER = (0.03, 0.08)
-"""The cloth between both legs is asked so far above the hem, meters."""
+"""Heights above the hem between which the cloth between both legs is sampled, meters."""
 _APART = 0.04
-"""Legs whose axes are nearer to each other there, meters, have nothing between them."""
+"""Distance of the axes of the legs below which there is nothing between them, meters."""
 _ALIKE = 14.0
-"""What lies between has a color of the legs' cloth, in units of `_stuff`."""
+"""Largest distance of the color between the legs from that of their cloth, in units of `_stuff`."""
 _FILLED = 0.9
-"""So large a share of it."""
+"""Smallest share of the samples between the legs with such a color."""
 _SEAM = 6.0
-"""Between the legs of shorts lies a shadow: by so much less is the lightness there, CIELAB."""
+"""Difference in lightness, CIELAB, of the shadow between the legs of shorts."""
 _TROUSERS = (0.6, 0.9, 1.2)
-"""Where trousers show it, in terms of `_ALONG`: a fold of a skirt does not run down the middle
-everywhere."""
+"""Places, in terms of `_ALONG`, that all show the shadow of trousers: a fold of a skirt does not
+run down the middle everywhere."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
-    """Height at rest, meters, of the hem of a skirt out of which bare legs come, and of its lowest
-    place; None where there is none, or the photo does not tell.
+    """Find the height at rest, meters, of the hem of a skirt out of which bare legs come, and of
+    its lowest place. None if there is no such hem, or the photo does not show it.
 
-    Down both legs the photo turns from cloth to the face's skin, and right above, between the legs,
-    there is cloth without the gap or the shadow of two trouser legs.
+    Down both legs the photo turns from cloth to the skin of the face. Right above, between the
+    legs, there is cloth without the gap or the shadow of two trouser legs.
     """
     from skimage.color import rgb2lab
 
@@ -87,7 +88,7 @@ def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, floa
 
 
 def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Places (n, 3) at `_ALONG` on the axes of the left and the right leg, posed and at rest."""
+    """Points (n, 3) at `_ALONG` on the axes of the left and the right leg, posed and at rest."""
     result = []
     for transforms in (body.bone_transforms, body.rest_transforms):
         sides = []
@@ -112,15 +113,8 @@ def _axes(body: Body) -> tuple[list[FloatArray], list[FloatArray]]:
 
 
 def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
-    """Which pixels (h, w), every `STEP`-th, show legs, and nothing before them."""
-    height, width = (side // STEP for side in subject.mask.shape)
-    flat = camera.flatten(body.vertices).astype(np.float32)
-    skin = Surface(
-        vertices=flat,
-        faces=np.asarray(body.faces, np.int32),
-        colors=np.zeros(flat.shape, np.float32),
-    )
-    shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
+    """Which pixels (h, w), every `STEP`-th, show legs with nothing in front of them."""
+    shown = body_shown(body, subject, camera)
     near = on_parts(
         np.arange(len(PARTS)),
         "torso",
@@ -132,8 +126,8 @@ def _legs_shown(body: Body, camera: Camera, subject: Subject) -> BoolArray:
 def _colors(
     lab: FloatArray, shown: BoolArray, camera: Camera, points: FloatArray
 ) -> tuple[FloatArray, IntArray]:
-    """Colors (n, 3), the medians across a leg, at those places (n,) of its axis (88, 3) that the
-    photo shows."""
+    """Median colors (n, 3) across a leg at the visible places of its axis (88, 3), and the indices
+    (n,) of these places."""
     pixels = camera.project(points)
     beside = np.linspace(-1, 1, 5)[:, None] * _ACROSS * camera.scale * np.array([1.0, 0.0])
     where = np.floor(pixels[:, None] + beside).astype(np.int64)
@@ -152,16 +146,15 @@ def _stuff(lab: FloatArray) -> FloatArray:
 
 
 def _is_skin(colors: FloatArray, tone: FloatArray, palette: FloatArray) -> BoolArray:
-    """Which colors (n, 3) are nearer to the skin's `tone` (3,) than to those of the cloth (m,
-    3)."""
+    """Which colors (n, 3) are nearer to the `tone` (3,) of the skin than to the cloth (m, 3)."""
     to_skin = np.linalg.norm(_stuff(colors) - _stuff(tone), axis=1)
     to_cloth = np.linalg.norm(_stuff(colors)[:, None] - _stuff(palette), axis=2).min(axis=1)
     return np.asarray((to_skin < _SKIN) & (to_skin < to_cloth))
 
 
 def _hem(skin: BoolArray, places: IntArray) -> float | None:
-    """Where on a leg, in `_ALONG`'s terms, what is asked at `places` (n,) turns from cloth to skin;
-    None where it does not."""
+    """Place on a leg, in terms of `_ALONG`, at which the samples at `places` (n,) turn from cloth
+    to skin. None if they do not."""
     if skin.sum() < _BARE or (~skin).sum() < _BARE:
         return None
     upto = np.cumsum(np.where(skin, 1, -1))  # skin above a cut less cloth above it
@@ -178,8 +171,8 @@ def _hem(skin: BoolArray, places: IntArray) -> float | None:
 def _filled(
     lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, palette: FloatArray
 ) -> bool:
-    """Whether right above the hem, between its places on both axes (3,), there is cloth of the
-    legs' colors (m, 3), and no shadow of two legs."""
+    """Whether right above the hem, between its places on both axes (3,), there is cloth in the
+    colors (m, 3) of the legs, and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
     colors = _strip(lab, camera, left, right, _OVER)
@@ -188,8 +181,8 @@ def _filled(
 
 
 def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
-    """Whether the photo shows a shadow down the middle between both legs: these are trousers,
-    though nothing else lies between."""
+    """Whether the photo shows a shadow down the middle between both legs: then these are trousers,
+    although there is no gap between them."""
     from skimage.color import rgb2lab
 
     lab, (posed, _) = np.asarray(rgb2lab(subject.image), np.float64), _axes(body)
@@ -212,8 +205,8 @@ def _strip(
     right: FloatArray,
     heights: tuple[float, float],
 ) -> FloatArray:
-    """Colors (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far
-    above it, meters."""
+    """Colors (5, 15, 3) from a point on the axis of the left leg (3,) to one on that of the right
+    leg, at five heights between `heights` above them, meters."""
     share = np.linspace(0.0, 1.0, 15)[:, None]
     rows = []
     for over in np.linspace(*heights, 5):
@@ -226,7 +219,7 @@ def _strip(
 
 
 def _shadow(colors: FloatArray) -> float:
-    """By how much darker the middle of a strip (5, 15, 3) is than both its ends; a fold, which is
-    narrow, counts little."""
+    """Difference in lightness between the ends of a strip (5, 15, 3) and its middle; a fold, which
+    is narrow, counts little."""
     light = colors[..., 0].mean(axis=0)
     return float(min(light[:4].mean(), light[-4:].mean()) - np.sort(light[4:11])[1:4].mean())

@@ -1,5 +1,5 @@
-"""What a reconstructed surface says of the body's displacement: rays from the posed skin, kept
-where what they meet is that very part."""
+"""Observe the displacement of the body from a reconstructed surface: rays from the posed skin, kept
+if they meet the same part of the person."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ _MOST: dict[str, float] = {
     "shin": 0.12,
     "foot": 0.03,
 }
-"""Cloth and hair stand off the skin of a part by at most so much, meters."""
+"""Largest distance of cloth and hair from the skin of each part, meters."""
 _SUNK = 0.035
-"""The surface lies at most so far below the fitted skin, meters."""
+"""Largest depth of the surface below the fitted skin, meters."""
 _AGREE = 0.25
-"""Cosine between the normals of skin and surface from which a hit counts."""
+"""Smallest cosine between the normals of skin and surface for which a hit counts."""
 _FOREIGN = (0.8, 0.012)
-"""A hit counts where the nearest skin of another limb is farther off than this share of its own
-distance and so many meters more: nothing touches there."""
+"""A hit counts if the nearest skin of another limb is farther away than the first value times the
+hit's own distance plus the second value, meters: nothing touches there."""
 _UNSEEN = 0.35
-"""What a displacement counts for that only the network says."""
+"""Weight of a displacement that the photo does not show, which only the network predicts."""
 _EVENED = 2
-"""Rays leave along normals that are averaged over so many rings of vertices: in creases they would
-cross."""
+"""Number of rings of vertices over which normals are averaged before rays leave along them. Without
+it, rays cross in creases."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +48,11 @@ class Observed:
     Attributes
     ----------
     offset : (V,) float64
-        Meters; 0 where nothing is known.
+        Meters; 0 for vertices without an observation.
     weight : (V,) float64
-        0 where nothing is known, 1 where the photo shows the place.
+        0 for vertices without an observation, 1 if the photo shows the place.
     normals : (V, 3) float64
-        Unit, of the posed skin: along these.
+        Unit normals of the posed skin, along which the displacements are measured.
     """
 
     offset: FloatArray
@@ -67,8 +67,8 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The photo's camera, and which of its pixels show what is around the person
-    (`a2v.reconstruction.canvas.surroundings_taken`)."""
+    """The camera of the photo, and its pixels that do not show the person although the mask has
+    them (`a2v.reconstruction.canvas.surroundings_taken`)."""
 
     camera: Camera
     taken: BoolArray
@@ -133,8 +133,8 @@ def observe(
 
 
 def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArray) -> FloatArray:
-    """How far each place (n, 3) is from the nearest skin of a part that does not grow into its own,
-    meters."""
+    """Distance of each place (n, 3), meters, from the nearest skin of a part that does not grow
+    into its own."""
     from scipy.spatial import cKDTree
 
     pairs = {frozenset(map(PARTS.index, pair)) for pair in PART_NEIGHBORS}
@@ -154,8 +154,8 @@ def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArra
 
 
 def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Camera) -> BoolArray:
-    """Whether the photo's camera sees the places (n, 3) with the surface's normals (n, 3), or they
-    lie on its outline."""
+    """Which places (n, 3), with the normals (n, 3) of the surface, the camera sees; places on the
+    outline count as seen."""
     ahead = unit(
         camera.raised(camera.flatten(places) + np.array([0.0, 0.0, 0.01])) - places, least=1e-9
     )  # along the pixel's ray
@@ -167,8 +167,8 @@ def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Came
 
 
 def _of_person(places: FloatArray, view: View) -> BoolArray:
-    """Whether the photo's pixels of the places (n, 3) show the person, and not what the mask took
-    for it."""
+    """Which places (n, 3) lie in pixels of the photo that show the person, and not something that
+    the mask took for the person."""
     height, width = view.taken.shape
     pixels = np.floor(view.camera.project(places) / STEP).astype(np.int64)
     return np.asarray(

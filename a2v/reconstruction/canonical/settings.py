@@ -1,4 +1,4 @@
-"""Which kind of character is made, and how the canonical one takes its shape."""
+"""Settings of the character: its kind, and the shape of the canonical one."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from a2v.types import Body
 
 @dataclass(frozen=True)
 class CharacterSettings:
-    """How the character is built.
+    """Settings of the character.
 
     Attributes
     ----------
     kind : "canonical" or "fused"
-        The body's own mesh in its rest pose, displaced to the dressed surface; or the papers' way:
-        one surface fused in the photo's pose and bound afterwards (Eq. 19).
+        The mesh of the body in its rest pose, displaced to the dressed surface; or, as in the
+        papers, one surface fused in the pose of the photo and bound afterwards (Eq. 19).
     smoothing : float
-        Meters over which observed displacements are smoothed along the body.
+        Length over which observed displacements are smoothed along the body, meters.
     near : float
-        An observed point is dropped where the nearest skin to it lies farther than this from its
+        An observed point is dropped if the nearest skin to it lies farther than this from its
         vertex on the body at rest, meters.
     """
 
@@ -37,11 +37,12 @@ class CharacterSettings:
         for name in ("smoothing", "near"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InputError(
-                    f"character.{name} is {getattr(self, name)}; expected a positive length in meters"
+                    f"character.{name} is {getattr(self, name)}; "
+                    "expected a positive length in meters"
                 )
 
 
 def is_canonical(body: Body, settings: CharacterSettings) -> bool:
-    """Whether the character is the canonical one: bodies of other models than Anny have no face,
-    teeth and texture layout that are known here."""
+    """Whether the character is the canonical one. Only for Anny are face, teeth and texture layout
+    available."""
     return settings.kind == "canonical" and body.model == "anny"

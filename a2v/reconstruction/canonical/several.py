@@ -1,5 +1,5 @@
-"""One person of several photos: what each photo says of the body's displacement, brought together
-at rest, and which of them shows the face."""
+"""Merge several photos of one person: displacements of the body at rest, and the photo that gives
+the face."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ from a2v.reconstruction.canonical.observe import Observed
 from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
 ASIDE = 0.004
-"""Error of an observed displacement in the photo's plane, where the outline tells it, meters."""
+"""Error of an observed displacement in the plane of the photo, where it comes from the outline,
+meters."""
 AHEAD = 0.010
-"""The same along its rays, where the network guesses."""
+"""Error of an observed displacement along the rays of the photo, where the network guesses,
+meters."""
 OWN_FACE = 1.3
-"""Another photo than the first gives the face where it shows it so many times as large."""
+"""Factor by which another photo has to show the face larger than the first one to give the face."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """A photo of a person that was understood.
+    """A photo of a person with the fitted body and the reconstruction.
 
     Attributes
     ----------
@@ -41,8 +43,8 @@ class Sight:
 
 
 def face_of(subjects: Sequence[Subject]) -> int:
-    """Which of the photos shows the face best; the first one if it does nearly as well, or if none
-    does."""
+    """Index of the photo that shows the face best: the first one if it does nearly as well, or if
+    no photo shows a face."""
     widths = [0.0 if subject.face is None else face_width(subject.face) for subject in subjects]
     best = int(np.argmax(widths))
     return best if widths[best] > OWN_FACE * widths[0] else 0
@@ -51,11 +53,11 @@ def face_of(subjects: Sequence[Subject]) -> int:
 def merged(
     seen: Sequence[Observed], weights: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Displacements (V,), meters, and what they count for (V,), of several photos' observations
-    with `weights` (V,).
+    """Merge the observations of several photos, with `weights` (V,), into displacements (V,),
+    meters, and their weights (V,).
 
-    Each counts by how well its photo tells it: along the photo's plane the outline does, along its
-    rays the network; what a photo did not see counts by the square.
+    Each observation counts by its precision: in the plane of its photo that of the outline, along
+    the rays that of the network. The weight of what a photo does not see enters squared.
     """
     total, value = np.zeros(len(seen[0].offset)), np.zeros(len(seen[0].offset))
     for one, weight in zip(seen, weights, strict=True):

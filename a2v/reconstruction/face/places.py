@@ -1,4 +1,4 @@
-"""Where the photo shows the parts of the face, as places in its plane."""
+"""Places of the parts of a face in the plane of the photo."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ BROWS = (70, 63, 105, 66, 107, 46, 53, 52, 65, 55, 300, 293, 334, 296, 336, 276,
 NOSE = (168, 6, 197, 195, 5, 4, 1, 2, 98, 327, 64, 294, 129, 358)
 CHEEKS = (116, 345, 117, 346, 118, 347, 205, 425, 50, 280, 101, 330, 199, 175, 32, 262)
 SURROUNDINGS = (205, 425, 50, 280, 199)
-"""Cheeks and chin, to which the patch reaches."""
+"""Cheeks and chin, up to which the patch reaches."""
 
 
 def placing_points(points: FloatArray) -> FloatArray:
-    """The points (K, 2 or 3) that place the face out of all 478: the mouth's opening counts as a
-    line, whether it is open or not."""
+    """The points (K, 2 or 3) of all 478 that place the face. The opening of the mouth counts as a
+    line, even if it is open."""
     line = (points[list(MOUTH_ABOVE)] + points[list(MOUTH_BELOW)]) / 2
     return np.concatenate([points[[*RIGHT_EYE, *LEFT_EYE, *LIPS, *BROWS, *NOSE, *CHEEKS]], line])

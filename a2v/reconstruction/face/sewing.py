@@ -1,4 +1,4 @@
-"""A hole cut into a surface where a patch lies over it, and the two sewn together."""
+"""Cut a hole into a surface under a patch, and sew both together."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from a2v.reconstruction.face.patch import Patch
 from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 _REACH = 0.06
-"""What lies farther from the patch, meters, stays."""
+"""Distance from the patch beyond which the surface stays, meters."""
 _GAP = 0.004
-"""Cloth of the seam between rim and hole: so wide at least, meters."""
+"""Smallest width of the seam between rim and hole, meters."""
 
 
 def cut_and_sew(
@@ -24,19 +24,19 @@ def cut_and_sew(
     ----------
     surface : Surface
     bent : (13854, 3)
-        Where the body's vertices and teeth lie.
+        Vertices and teeth of the body, meters.
     body_faces : (F, 3) int
     patch : Patch
 
     Returns
     -------
-    vertices : (N, 3), or None where the hole has no single rim
-        First what is kept of the surface, then the patch.
+    vertices : (N, 3), or None if the hole has not one single rim
+        First the kept vertices of the surface, then the patch.
     faces : (M, 3)
     kept : (n,) int
         Vertices of the surface that are kept.
     own : (K,) int
-        Places of the patch's vertices.
+        Indices of the vertices of the patch.
     """
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     covered = _covered(vertices, bent, body_faces, patch)
@@ -53,8 +53,8 @@ def cut_and_sew(
 def _covered(
     vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch: Patch
 ) -> BoolArray:
-    """Which vertices (V,) of a surface lie at the patch: the nearest of the body's visible front is
-    of it, or of what borders on it."""
+    """Which vertices (V,) of a surface lie at the patch: their nearest vertex of the visible front
+    of the body belongs to the patch, or is adjacent to it."""
     from scipy.spatial import cKDTree
 
     from a2v.geometry.rays import ray_scene

@@ -135,9 +135,9 @@ export class Corrector {
 
   tell(found) {
     say(byId("fix-problem"), "");
-    const { camera, limb_errors: errors } = found;
+    const { camera, limb_errors: errors, second_photo: side } = found;
     byId("fix-told").textContent = `Body fitted in ${this.svg.dataset.seconds} s.`;
-    byId("fix-sure").replaceChildren(...sureness(camera, errors));
+    byId("fix-sure").replaceChildren(...sureness(camera, errors, side));
   }
 
   async save() {
@@ -290,13 +290,15 @@ export class Corrector {
   }
 }
 
-/** What is believed of the camera and of the limbs' depths, as items of a list. */
-export function sureness(camera, errors) {
+/** The camera, the limbs' expected errors and the best second photo, as items of a list. */
+export function sureness(camera, errors, side) {
   const found = [];
+  const angle = camera && camera.field_of_view ? `, its field of view ${Math.round(camera.field_of_view)} degrees` : "";
   if (camera) found.push(camera.distance > 0
-    ? `The camera is believed to be ${camera.distance.toFixed(1)} m away (${camera.distance_from}).`
-    : `The camera is believed to be far away (${camera.distance_from}).`);
+    ? `The camera was probably ${camera.distance.toFixed(1)} m away${angle} (${camera.distance_from}).`
+    : `The camera is taken to be far away (${camera.distance_from}).`);
   const limbs = Object.entries(errors || {}).filter(([name]) => /arm|leg/.test(name));
-  for (const [name, error] of limbs) found.push(`The depth of the ${words(name)} is known to about ${Math.max(1, Math.round(100 * error))} cm${error > 0.15 ? ": unsure, a photo from the side would settle it" : ""}.`);
+  for (const [name, error] of limbs) found.push(`The depth of the ${words(name)} is known to about ${Math.max(1, Math.round(100 * error))} cm${error > 0.15 ? ": unsure" : ""}.`);
+  if (side) found.push(`A second photo from ${{ front: "the front", back: "behind" }[side] || `the person's ${side}`} would add the most.`);
   return found.map(text => make("li", {}, text));
 }

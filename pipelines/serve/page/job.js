@@ -58,7 +58,7 @@ export class JobCard {
     if (list.childElementCount) return;
     const { nodes } = await ask(this.address("report.json")).catch(() => ({ nodes: {} }));
     const found = Object.assign({}, ...["photo_body", "joint_fit"].map(name => nodes[name] && nodes[name].measures));
-    list.replaceChildren(...sureness(found.camera, found.limb_errors));
+    list.replaceChildren(...sureness(found.camera, found.limb_errors, found.second_photo));
     if (!list.childElementCount) list.append(make("li", {}, "The report of this video does not say."));
   }
 

@@ -16,17 +16,18 @@ from a2v.lab.evaluation.classifier import ActionClassifier, Evaluator
 from a2v.lab.evaluation.protocol import (
     ActionRows,
     EvaluationSettings,
-    action_table,
     evaluate,
     evaluate_actions,
-    generator_of_families,
+    report,
+)
+from a2v.lab.evaluation.scores import (
+    action_table,
     markdown_table,
     physics_table,
-    recorded,
-    report,
     scores_as_dict,
     scores_from_dict,
 )
+from a2v.lab.evaluation.sources import generator_of_families, recorded
 from a2v.motion import MotionModel
 from tests.support.motions import mirrored
 
@@ -223,9 +224,12 @@ def test_families_are_asked_for_like_random_clips_of_theirs():
         for joints, length, a in zip(whole.joints, lengths, away, strict=True)
     ]
     fine = dataclasses.replace(
-        whole, actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]), joints=tuple(x.astype(np.float32) for x in turned),
+        whole,
+        actions=("stroll", "march", "hop"),
+        labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]),
+        joints=tuple(x.astype(np.float32) for x in turned),
         length=20,
-    )  # fmt: skip
+    )
     coarse = dataclasses.replace(
         whole, actions=("jump", "walk"), labels=np.array([1, 1, 1, 1, 1, 1, 0, 1])
     )

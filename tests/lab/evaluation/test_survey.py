@@ -177,9 +177,17 @@ def test_a_participant_in_a_browser(study, tmp_path):
     )
     (tmp_path / "driven.html").write_text(text, encoding="utf-8")
     command = [
-        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
-        "--timeout=30000", "--virtual-time-budget=20000", "--dump-dom", (tmp_path / "driven.html").as_uri(),
-    ]  # fmt: skip
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-dev-shm-usage",
+        f"--user-data-dir={tmp_path / 'profile'}",
+        "--timeout=30000",
+        "--virtual-time-budget=20000",
+        "--dump-dom",
+        (tmp_path / "driven.html").as_uri(),
+    ]
     dom = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
     found = re.search(r'<pre id="answers">(.*?)</pre>', dom, flags=re.DOTALL)
     assert found, dom[-2000:]

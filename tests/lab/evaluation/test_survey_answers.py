@@ -24,15 +24,26 @@ HAND_KEY = {
     "format": "a2v-survey-key/1",
     "survey": "s",
     "title": "t",
-    "clips": {name: {"source": source} for name, source in
-              {"a1": "A", "b1": "B", "r1": REAL, "a2": "A", "b2": "B", "r2": REAL, "x": "A", "y": REAL}.items()},
+    "clips": {
+        name: {"source": source}
+        for name, source in {
+            "a1": "A",
+            "b1": "B",
+            "r1": REAL,
+            "a2": "A",
+            "b2": "B",
+            "r2": REAL,
+            "x": "A",
+            "y": REAL,
+        }.items()
+    },
     "questions": [
         {"id": "q1", "kind": "preference", "action": "walk", "clips": ["a1", "b1", "r1"]},
         {"id": "q2", "kind": "preference", "action": "jump", "clips": ["r2", "a2", "b2"]},
         {"id": "q3", "kind": "real", "action": "walk", "clips": ["x"]},
         {"id": "q4", "kind": "real", "action": "walk", "clips": ["y"]},
     ],
-}  # fmt: skip
+}
 
 
 def answers(name="p1", **given):
@@ -92,15 +103,22 @@ def test_percentages_counted_by_hand():
     assert over[REAL, "A"] == (2, 5)
     assert over["A", "B"] == over[REAL, "B"] == (5, 5)
     assert over["B", "A"] == (0, 5)
+    # walk (q1): R A B, A R B, R A B; jump (q2): A R B, A R B
+    walk, jump = (result.by_action[action]["A", REAL] for action in ("walk", "jump"))
+    assert (walk.count, walk.total, jump.count, jump.total) == (1, 3, 2, 2)
     # q3 (A): real, fake, real; q4 (real): real, not asked, fake
     assert (result.judged_real["A"].count, result.judged_real["A"].total) == (2, 3)
     assert (result.judged_real[REAL].count, result.judged_real[REAL].total) == (1, 2)
     assert (result.correct.count, result.correct.total) == (2, 5)
     table = survey_table(result)
     assert "| A over real | 60.0 % [23.1, 88.2] |" in table
+    assert "| action | A over B | A over real | B over real |" in table
+    assert "| walk | 100.0 % [43.9, 100.0] | 33.3 % [6.1, 79.2] | 0.0 % [0.0, 56.1] |" in table
     assert "| A | 66.7 % [20.8, 93.9] | 3 |" in table
     assert "40.0 % [11.8, 76.9] of 5" in table
-    assert json.loads(json.dumps(result.as_dict()))["over"]["A over real"]["share"] == 0.6
+    written = json.loads(json.dumps(result.as_dict()))
+    assert written["over"]["A over real"]["share"] == 0.6
+    assert written["by_action"]["jump"]["real over A"]["share"] == 0
     assert math.isclose(
         sum(
             share.value for pair, share in result.over.items() if pair in {("A", REAL), (REAL, "A")}

@@ -11,7 +11,8 @@ import torch
 from a2v.errors import InputError
 from a2v.kinematics.ground import yaw_to_rotmat
 from a2v.lab.datasets import NativeFrame
-from a2v.lab.evaluation.protocol import EvaluationSettings, evaluate, recorded
+from a2v.lab.evaluation.protocol import EvaluationSettings, evaluate
+from a2v.lab.evaluation.sources import recorded
 from a2v.lab.evaluation.training import ClassifierSettings, held_out_accuracy, train_classifier
 from tests.support.motions import mirrored
 

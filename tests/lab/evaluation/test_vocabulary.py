@@ -10,7 +10,7 @@ from a2v.errors import InputError
 from a2v.kinematics import CMU
 from a2v.kinematics.ground import yaw_to_rotmat
 from a2v.lab.evaluation.classifier import ActionClassifier, Evaluator
-from a2v.lab.evaluation.protocol import recorded
+from a2v.lab.evaluation.sources import recorded
 from a2v.lab.evaluation.vocabulary import repetition, score_actions, vocabulary_table
 from tests.support.motions import mirrored, waving
 

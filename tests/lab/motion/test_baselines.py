@@ -40,7 +40,7 @@ def test_a_killed_run_resumes_to_the_same_weights_and_samples_by_seed(tmp_path, 
     class Killed(Exception):
         pass
 
-    def kill(row):
+    def kill(_, row):
         if row["iteration"] == 4:  # in the second stage of those that have two
             raise Killed
 
@@ -69,7 +69,9 @@ def test_condgru_begins_with_the_real_pose_and_its_error_falls(tmp_path):
     settings = dataclasses.replace(
         SETTINGS, iterations=60, learning_rate=3e-3, log_every=10, width=0.5
     )
-    trained = train_baseline(dataset, tmp_path, settings=settings, on_log=rows.append)
+    trained = train_baseline(
+        dataset, tmp_path, settings=settings, on_log=lambda _, row: rows.append(row)
+    )
     assert rows[-1]["loss"] < 0.3 * rows[0]["loss"]
     first = first_poses(dataset, 2)
     made = trained.generate(np.array([0, 1]), first, np.random.default_rng(0))
@@ -90,7 +92,7 @@ def test_the_snippets_error_falls(tmp_path):
     settings = dataclasses.replace(
         SETTINGS, name="dancing2music", iterations=80, learning_rate=3e-3, log_every=8
     )
-    train_baseline(waving(), tmp_path, settings=settings, on_log=rows.append)
+    train_baseline(waving(), tmp_path, settings=settings, on_log=lambda _, row: rows.append(row))
     assert rows[5]["generator"] < 0.8 * rows[0]["generator"]  # the last row of the first stage
     assert rows[5]["discriminator"] == 0 < rows[-1]["discriminator"]
 
@@ -138,9 +140,27 @@ def test_a_critic_and_its_generator():
 def test_the_published_sizes():
     sizes = Sizes(72, 12, 60)
     assert KINDS["condgru"](sizes).recurrent.input_size == 144
-    assert KINDS["latent-transition"](sizes).pose[0].weight.shape == (1024, 12)
+    transition = KINDS["latent-transition"](sizes)
+    assert transition.pose[0].weight.shape == (1024, 12)
+    assert transition.steps["recurrent"].bidirectional  # the journal's Bi-LSTM
+    judge = KINDS["act-mocogan"](sizes).judge["pose"]
+    assert [part.out_features for part in judge if hasattr(part, "out_features")] == [128, 1]
     dance = KINDS["dancing2music"](dataclasses.replace(sizes, width=0.05))
     assert (dance.snippets, dance.window) == (2, 63)
+
+
+def test_act_mocogan_shares_one_noise_vector_over_time():
+    """Without the noise of single frames and with states that forget nothing else, all frames see
+    the same shared vector: other draws of it alone give other motions."""
+    torch.manual_seed(0)
+    model = KINDS["act-mocogan"](Sizes(6, 2, 40)).eval()
+    with torch.no_grad():  # codes that are always zero
+        for weight in model.made["codes"].parameters():
+            weight.zero_()
+    actions = torch.eye(2)[[0, 0]]
+    poses = model.sample(actions, torch.zeros(2, 6), torch.Generator().manual_seed(0))
+    still = (poses[:, -1] - poses[:, -2]).abs().max()
+    assert still < 1e-3 < 0.02 < (poses[0, -1] - poses[1, -1]).abs().max()
 
 
 def test_what_is_no_baseline_is_refused(tmp_path):

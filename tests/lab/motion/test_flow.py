@@ -309,9 +309,12 @@ def test_onnx_equals_pytorch(exported, data):
     for batch in (1, 5):
         windows = ClipSampler(data, 20).windows(rng.integers(0, 8, batch), rng)
         inputs = (
-            rng.standard_normal((batch, 12), dtype=np.float32), rng.integers(0, 2, batch), rng.random(batch, dtype=np.float32),
-            windows[:, -4:], rng.uniform(0.1, 0.4, (batch, 20)).astype(np.float32),
-        )  # fmt: skip
+            rng.standard_normal((batch, 12), dtype=np.float32),
+            rng.integers(0, 2, batch),
+            rng.random(batch, dtype=np.float32),
+            windows[:, -4:],
+            rng.uniform(0.1, 0.4, (batch, 20)).astype(np.float32),
+        )
         noise, labels, active, context, lengths = inputs
         joints, rotations = onnx_model.sampler.run(
             labels, active=active, noise=noise, lengths=lengths, context=context

@@ -23,12 +23,22 @@ VARIANTS += [
     for name in DECODERS
     if name != "plain"
 ]
-VARIANTS += [VAESettings(decoder="lie", root_rotation=True)]
+VARIANTS += [
+    VAESettings(decoder="lie", root_rotation=True),
+    VAESettings(decoder="lie", prior="fixed"),
+]
 """The four decoders, with and without what the journal adds."""
 
 
 def variant_name(settings):
-    return settings.decoder + " relative" * settings.relative + " W0" * settings.root_rotation
+    return " ".join(
+        [
+            settings.decoder,
+            *["relative"] * settings.relative,
+            *["W0"] * settings.root_rotation,
+            *["N(0, I)"] * (settings.prior == "fixed"),
+        ]
+    )
 
 
 every_variant = pytest.mark.parametrize("settings", VARIANTS, ids=variant_name)
@@ -301,6 +311,22 @@ def test_relative_roots_do_not_know_where_the_body_is(decoder):
         )
         differences.append((there - here - away).abs().max())
     assert differences[0] < 1e-10 < 0.01 < differences[1]
+
+
+def test_the_fixed_prior_is_the_standard_normal():
+    """Eq. 7: the prior's latent is the noise itself, and the KL term is that from N(0, I)."""
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder="lie", prior="fixed")).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs())
+    assert not parameters(model.prior)
+    result = model.reconstruct(joints, actions, lengths, noise)
+    mean, logvar = result.posterior_mean, result.posterior_logvar
+    expected = 0.5 * (logvar.exp() + mean**2 - 1 - logvar).sum(-1).mean()
+    assert vae_losses(result, joints).kl.item() == pytest.approx(expected.item(), rel=1e-9)
+    steps = joints.shape[1]
+    sampled = model.sample(actions[:, None].expand(-1, steps, -1), lengths, noise).joints
+    again = model.decode(shifted(sampled), model.condition(actions, steps), noise, lengths).joints
+    assert torch.allclose(again, sampled, atol=1e-10)
 
 
 def test_kl_agrees_with_torch():

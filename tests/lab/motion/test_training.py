@@ -9,9 +9,9 @@ import pytest
 import torch
 
 from a2v.errors import InputError
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.training import TrainSettings, start, train
-from a2v.lab.runs import read_checkpoint
 from tests.support.motions import waving
 
 SMALL = VAESettings(hidden_size=16, latent_size=4)
@@ -87,6 +87,8 @@ def test_impossible_settings_are_refused():
         VAESettings(decoder="transformer")
     with pytest.raises(InputError, match="unknown roots"):
         VAESettings(roots="last")
+    with pytest.raises(InputError, match="unknown prior"):
+        VAESettings(prior="uniform")
     with pytest.raises(InputError, match="'plain' has no rotations"):
         VAESettings(decoder="plain", root_rotation=True)
 

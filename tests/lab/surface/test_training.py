@@ -9,14 +9,12 @@ import torch
 
 from a2v.errors import InputError
 from a2v.lab.studio.view import View
+from a2v.lab.surface.losses import depth_loss, distance_loss, normal_loss
 from a2v.lab.surface.networks import CoarseField, NetworkSettings, point_values
 from a2v.lab.surface.training import (
     STAGES,
     ReconstructionSettings,
-    depth_loss,
-    distance_loss,
     load_networks,
-    normal_loss,
     train_reconstruction,
 )
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface

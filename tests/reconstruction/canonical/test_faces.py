@@ -12,12 +12,12 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.reconstruction.canonical.coloring import canvas_of
-from a2v.reconstruction.color import _even_tones
 from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.face.build import turned_away
 from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.other_half import lent_to, of_other_half
 from a2v.reconstruction.projection import PhotoProjection
+from a2v.reconstruction.tones import even_tones
 from a2v.types import Body, Reconstruction, Surface
 from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
@@ -132,8 +132,8 @@ def test_what_the_photo_hides_of_a_head_is_the_other_half(
 def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
     base = np.repeat([[0.75, 0.6, 0.5], [0.3, 0.2, 0.15], [0.25, 0.12, 0.1]], [60, 40, 30], axis=0)
     known, labels = np.arange(130) < 100, np.ones(130, int)
-    toned = _even_tones(base, known, known, labels=labels, bare=np.ones(130, bool))
+    toned = even_tones(base, known, known, labels=labels, bare=np.ones(130, bool))
     assert np.array_equal(toned[:100], base[:100])
     assert toned[100:, 0].min() > 0.5
-    kept = _even_tones(base, known, np.ones(130, bool), labels=labels, bare=np.ones(130, bool))
+    kept = even_tones(base, known, np.ones(130, bool), labels=labels, bare=np.ones(130, bool))
     assert np.array_equal(kept, base)  # what the other half told stays

@@ -1,9 +1,9 @@
-"""Poses of a true person's rig carried over to the rig of a character.
+"""Carry poses of a true person's rig over to the rig of a character.
 
-What is carried are rotations of joints from the T-pose, so that neither the errors of the fitted
-pose nor other lengths of bones count as errors of the pose: each bone of the character turns as the
-truth's bone does, and in the T-pose its limbs point where the truth's do. Lengths of bones stay the
-character's own. A palm is turned by its knuckles, for rigs disagree about the twist of a hand at
+Rotations of joints from the T-pose are carried over, so that neither errors of the fitted pose nor
+other lengths of bones count as errors of the pose: each bone of the character turns as that of the
+truth, and in the T-pose its limbs point in the same directions. The lengths of bones stay those of
+the character. A palm is turned by its knuckles, because rigs have different twists of hands at
 rest.
 """
 
@@ -19,9 +19,9 @@ from a2v.lab.studio.makehuman.hm08 import RAISED, RIG_BONES, RIG_PARENTS, rig_bo
 from a2v.types import Body, FloatArray
 
 _ENDS = {"Arm": "ForeArm", "ForeArm": "Hand", "UpLeg": "Leg", "Leg": "Foot"}
-"""Bones of limbs, and the bones whose heads they point at."""
+"""Bones of limbs, and the bones to whose heads they point."""
 _KNUCKLES = ("HandMiddle1", "HandIndex1", "HandPinky1")
-"""What a palm points at, and the two ends of its row of knuckles."""
+"""The knuckle to which a palm points, and the two ends of the row of knuckles."""
 _SIDES = ("Left", "Right")
 
 
@@ -35,18 +35,18 @@ def truth_turns(bone_transforms: FloatArray, rest_transforms: FloatArray) -> Flo
 
 
 def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArray) -> FloatArray:
-    """A body's bones where the truth's are.
+    """Put the bones of a body into the poses of the truth.
 
     Parameters
     ----------
     body : Body
-        Anny's.
+        Of the model Anny.
     names : sequence of N str
-        Bones of the truth's rig, which has the avatars' names.
+        Bones of the truth's rig, with the names of the avatars.
     heads : (N, 3) float
         Their heads in the T-pose.
     turns : (T, N, 3, 3) float
-        How they turn from there (`truth_turns`), world axes.
+        Rotations from there (`truth_turns`), world axes.
 
     Returns
     -------
@@ -76,8 +76,8 @@ def carried(body: Body, names: Sequence[str], heads: FloatArray, turns: FloatArr
 
 
 def _sources(names: Sequence[str]) -> list[int]:
-    """For each of `RIG_BONES` the truth's bone of that name, or of its nearest ancestor that the
-    truth has."""
+    """For each of `RIG_BONES`, the truth's bone of that name or of the nearest ancestor in the
+    truth's rig."""
     found = [0] * len(RIG_BONES)
     for bone, name in enumerate(RIG_BONES):
         found[bone] = names.index(name) if name in names else found[max(int(RIG_PARENTS[bone]), 0)]
@@ -85,8 +85,8 @@ def _sources(names: Sequence[str]) -> list[int]:
 
 
 def _to_t_pose(own: FloatArray, names: Sequence[str], heads: FloatArray) -> FloatArray:
-    """Rotations (R, 3, 3) of `RIG_BONES` from where a body rests, with heads `own` (R, 3), to the
-    truth's T-pose with `heads` (N, 3)."""
+    """Rotations (R, 3, 3) of `RIG_BONES` from the rest pose of a body, with heads `own` (R, 3), to
+    the T-pose of the truth with `heads` (N, 3)."""
     place = {name: np.asarray(heads[index], np.float64) for index, name in enumerate(names)}
     mine = dict(zip(RIG_BONES, own, strict=True))
     turns = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))

@@ -1,4 +1,4 @@
-"""The photos of the benchmark, and the true person in the poses into which the character is put."""
+"""The photos of the benchmark, and the true person in the poses of the character."""
 
 from __future__ import annotations
 
@@ -46,23 +46,29 @@ from a2v.record import Record
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 VERSION = 1
-"""Of what a pin gives: raise it when photos or poses change."""
+"""Version of the cases; it is raised when photos or poses change."""
 
 FRAMES: tuple[tuple[str, float], ...] = (
-    ("walk", 0.25), ("run", 0.4), ("kick", 0.5), ("dance_a", 0.3), ("dance_a", 0.8), ("spinkick", 0.45),
-)  # fmt: skip
-"""Frames of motion: DeepMimic's clips (``motions/humanoid3d_*.txt``), and how far into each."""
+    ("walk", 0.25),
+    ("run", 0.4),
+    ("kick", 0.5),
+    ("dance_a", 0.3),
+    ("dance_a", 0.8),
+    ("spinkick", 0.45),
+)
+"""Frames of motion: DeepMimic's clips (``motions/humanoid3d_*.txt``), and the share of each
+clip."""
 T_POSE = "T-pose"
 POSES: tuple[str, ...] = (T_POSE, *(f"{name} {share:.2f}" for name, share in FRAMES))
 _DISTANCE = (2.5, 8.0)
-"""Distances of the camera from the person, meters."""
+"""Range of the distance of the camera from the person, meters."""
 _HEIGHT = (1.0, 1.7)
-"""Heights of the camera over the floor, meters."""
+"""Range of the height of the camera over the floor, meters."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MovedCase(Record):
-    """A photo, and the person in it who moves.
+    """A photo, and the person in it in several poses.
 
     Attributes
     ----------
@@ -78,7 +84,7 @@ class MovedCase(Record):
     surface : Surface
         The person in T-pose, colored with the texture in the photo's mean light.
     outer : (n,) int
-        Its faces that can be seen from somewhere.
+        Its faces that are visible from outside.
     vertices : (T, V, 3) float32
         Its vertices in each of `POSES`, meters, on the ground at the origin.
     bones : tuple of N str
@@ -86,7 +92,7 @@ class MovedCase(Record):
     heads : (N, 3) float32
         Their heads in the T-pose, meters.
     turns : (T, N, 3, 3) float32
-        How they turn from there in each of `POSES`, world axes.
+        Their rotations from there in each of `POSES`, world axes.
     facts : mapping
         For the report.
     """
@@ -108,8 +114,8 @@ class MovedCase(Record):
 def open_moved_case(
     pin: Pin, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None
 ) -> MovedCase:
-    """A pinned photo and its person; kept in the folder `kept`, if there is one, and read from
-    there the next time.
+    """Make a pinned photo and its person. With the folder `kept`, the case is stored there and read
+    the next time.
 
     Parameters
     ----------
@@ -185,7 +191,7 @@ def _textured(outfit: Outfit, vertices: FloatArray) -> Surface:
 def _photographed(
     outfit: Outfit, stance: str, generator: np.random.Generator
 ) -> tuple[Photograph, OrthographicCamera]:
-    """A photo of somebody in a class of `ORDINARY`, and its camera, in meters."""
+    """A photo of a person in a stance of `ORDINARY`, and its camera, in meters."""
     pose, yaw, held = draw_ordinary(stance, outfit.avatar, generator)
     placed = stand(outfit, pose, yaw, generator, distance=_DISTANCE, height=_HEIGHT)
     clutter = Clutter(held) if held is not None else NOTHING

@@ -1,5 +1,5 @@
-"""A moved character beside the true person in the same poses: shape, what is torn, colors of other
-parts, pictures from four sides."""
+"""Compare a moved character with the true person in the same poses: shape, torn area, colors of
+other parts, pictures from four sides."""
 
 from __future__ import annotations
 
@@ -32,18 +32,19 @@ from a2v.types import (
 )
 
 LONG_EDGE = 0.04
-"""A triangle is torn where an edge is longer than this, meters, and stretched by `STRETCH`."""
+"""A triangle is torn if an edge is longer than this, meters, and stretched by `STRETCH`."""
 STRETCH = 3.0
-"""And so many times as long as where the character was made."""
+"""Length of a torn edge relative to its length where the character was made."""
 OWN_REACH = 0.06
-"""Meters around a place of the character within which the truth's colors are the place's own."""
+"""Distance around a place of the character within which colors of the truth belong to the place,
+meters."""
 OTHER_REACH = 0.12
-"""Beyond this, meters, they are another part's."""
+"""Distance beyond which colors of the truth belong to another part, meters."""
 OWN_COLOR = 20.0
-"""A place is of another part's color where its color is farther than this from all its own,
-CIELAB units (lightness counts half)."""
+"""A place has the color of another part if its color is farther than this from all colors that
+belong to the place, CIELAB units (lightness counts half), ..."""
 OTHER_COLOR = 10.0
-"""And nearer than this to one of the other part, in the same units."""
+"""... and nearer than this to a color of the other part, in the same units."""
 SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
 """Turns about the vertical, degrees."""
 
@@ -55,13 +56,13 @@ class MovedSettings:
     Attributes
     ----------
     points : int
-        On the character, and on the truth, for distances.
+        Number of points on the character, and on the truth, for distances.
     colored : int
-        On the character, for colors of other parts.
+        Number of points on the character for colors of other parts.
     size : int
         Rays along each side of the square pictures.
     seed : int
-        Chooses points.
+        Seed of the choice of points.
     """
 
     points: int = 20_000
@@ -88,7 +89,7 @@ class Moved:
     vertices: FloatArray
 
     def surface(self, pose: int) -> Surface:
-        """The character's surface in a pose."""
+        """The surface of the character in a pose."""
         return dataclasses.replace(
             self.character.surface, vertices=self.vertices[pose].astype(np.float32), face=None
         )
@@ -100,7 +101,8 @@ def move(
     """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
     ICP).
 
-    The character's meter is the truth's: both are measured by the photo's pixels.
+    The size of the character is that of its photo's pixels at the distance of the fitted body; see
+    `_same_size`.
 
     Parameters
     ----------
@@ -142,9 +144,9 @@ def _points(vertices: FloatArray, faces: IntArray, settings: MovedSettings) -> F
 def compare_moved(
     case: MovedCase, moved: Moved, settings: MovedSettings
 ) -> dict[str, dict[str, float]]:
-    """By pose, the first ones of `POSES`: Chamfer distance and the distance that 99 % of the points
-    keep (cm), torn area (%), PSNR (dB) and SSIM, means of four sides; in T-pose also the share of
-    the surface with another part's color (%).
+    """Scores by pose, the first ones of `POSES`: Chamfer distance and 99 % quantile of the
+    distances (cm), torn area (%), PSNR (dB) and SSIM, means of four sides. In T-pose also the share
+    of the surface with another part's color (%), and the scores of `_same_size`.
     """
     values = {}
     for pose, name in enumerate(POSES[: len(moved.vertices)]):
@@ -155,19 +157,47 @@ def compare_moved(
         values[name] |= _pictures(case, moved, pose, settings)
         if name == T_POSE:
             values[name]["other"] = 100 * _other_colors(case, moved, pose, settings)
+            values[name] |= _same_size(case, moved, pose, settings)
     return values
+
+
+def _same_size(
+    case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
+) -> dict[str, float]:
+    """Distances (cm) after an alignment that also scales the character, and its size relative to
+    the truth before it (%). One photo does not determine the absolute size of a person."""
+    faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
+    true = case.vertices[pose].astype(np.float64)
+    mine, theirs = _points(moved.vertices[pose], faces, settings), _points(true, outer, settings)
+    truth = Scan(RayScene(case.vertices[pose], outer), true[outer], theirs)
+    rotation, shift, size = align(Scan.of(moved.vertices[pose], faces, mine), truth, sized=True)
+    placed = size * moved.vertices[pose] @ rotation.T + shift
+    found = _distances_between(placed, faces, case.vertices[pose], outer, settings)
+    return {f"sized_{name}": value for name, value in found.items()} | {"size": 100 / size}
 
 
 def _distances(
     case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
 ) -> dict[str, float]:
-    faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
-    mine, theirs = (
-        _points(moved.vertices[pose], faces, settings),
-        _points(case.vertices[pose], outer, settings),
+    return _distances_between(
+        moved.vertices[pose],
+        moved.character.surface.faces.astype(np.int64),
+        case.vertices[pose],
+        case.surface.faces[case.outer],
+        settings,
     )
-    forth = RayScene(case.vertices[pose], outer).closest(mine).distance
-    back = RayScene(moved.vertices[pose], faces).closest(theirs).distance
+
+
+def _distances_between(
+    own: FloatArray,
+    own_faces: IntArray,
+    true: FloatArray,
+    true_faces: IntArray,
+    settings: MovedSettings,
+) -> dict[str, float]:
+    mine, theirs = _points(own, own_faces, settings), _points(true, true_faces, settings)
+    forth = RayScene(true, true_faces).closest(mine).distance
+    back = RayScene(own, own_faces).closest(theirs).distance
     return {
         "chamfer": 50 * float(forth.mean() + back.mean()),
         "within": 100 * float(np.quantile(np.concatenate([forth, back]), 0.99)),
@@ -189,14 +219,14 @@ def torn_share(made: FloatArray, posed: FloatArray, faces: IntArray) -> float:
 
 
 def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Lengths (F, 3) of the faces' edges."""
+    """Lengths (F, 3) of the edges of the faces."""
     corners = vertices[faces]
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
 
 
 def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
-    """Share of what can be seen of the character that has another part's color; of both, the mouth
-    from within is left out."""
+    """Share of the visible surface of the character with the color of another part; the inside of
+    the mouth is left out of character and truth."""
     surface = moved.surface(pose)
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
     mine, colors = colored_points(surface, outer_faces(surface), settings.colored, settings.seed)
@@ -205,8 +235,8 @@ def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSetti
 
 
 def outer_faces(surface: Surface) -> IntArray:
-    """Numbers (n,) of the faces that are seen from somewhere, by the rule that sorts the truth's:
-    not those of the mouth from within."""
+    """Indices (n,) of the faces that are visible from outside, by the same rule as for the truth:
+    without the inside of the mouth."""
     faces = surface.faces.astype(np.int64)
     return np.flatnonzero(open_faces(surface.vertices, faces, rays=OPEN_RAYS))
 
@@ -214,10 +244,10 @@ def outer_faces(surface: Surface) -> IntArray:
 def of_other_parts(
     points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
 ) -> BoolArray:
-    """Which of `points` (N, 3), meters, of `colors` (N, 3), CIELAB, have a color that the truth
-    (M, 3) has elsewhere alone.
+    """Which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the truth
+    (M, 3) has only elsewhere.
 
-    See `OWN_COLOR`. Shading and light that no part has count for nothing here.
+    See `OWN_COLOR`. Colors that no part has (shading, highlights) do not count.
     """
     from scipy.spatial import cKDTree
 
@@ -265,7 +295,7 @@ def colored_points(
 def _pictures(
     case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
 ) -> dict[str, float]:
-    """PSNR and SSIM over what either covers, means of four sides; unlit."""
+    """PSNR and SSIM over the union of both masks, means of four sides; unlit."""
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
     mine, scores = moved.surface(pose), []
     for turn in SIDES.values():

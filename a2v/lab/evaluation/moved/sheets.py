@@ -1,5 +1,4 @@
-"""What moved people look like: the photo, the character in T-pose and in motion, and the truth
-below it."""
+"""Draw moved people: the photo, the character in T-pose and in motion, and the truth below it."""
 
 from __future__ import annotations
 
@@ -13,15 +12,15 @@ from a2v.rendering.preview import preview_surface
 from a2v.types import ByteArray, FloatArray, Surface
 
 T_TURNS: tuple[float, ...] = (0.0, 90.0, 180.0)
-"""Sides from which the T-pose is shown, degrees."""
+"""Turns of the pictures of the T-pose, degrees."""
 FRAME_TURN = 25.0
-"""Side from which frames are shown, degrees."""
+"""Turn of the pictures of frames, degrees."""
 _BORDER = 1.1
 
 
 def moved_rows(case: MovedCase, moved: Moved, *, size: int = 220) -> ByteArray:
-    """A picture (2 size, W, 3): photo, T-pose from three sides, frames of motion from before and
-    (the last two) from behind; the truth below."""
+    """Draw a picture (2 size, W, 3): photo, T-pose from three sides, frames of motion from the
+    front and (the last two) from behind; the truth below."""
     import cv2
 
     rows = []

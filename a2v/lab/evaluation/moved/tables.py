@@ -1,4 +1,4 @@
-"""The benchmark's table."""
+"""Tables of the benchmark."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ COLUMNS: Mapping[str, tuple[str, str, int]] = {
     "within": ("99 % within cm↓", "within", 1),
     "torn": ("Torn %↓", "torn", 2),
     "other": ("Other part's color %↓", "other", 2),
+    "sized_chamfer": ("Chamfer, sizes equal, cm↓", "sized_chamfer", 2),
+    "sized_within": ("99 % within, sizes equal, cm↓", "sized_within", 1),
+    "size": ("Size %", "size", 1),
     "psnr": ("PSNR↑", "psnr", 2),
     "ssim": ("SSIM↑", "ssim", 3),
 }
@@ -27,18 +30,18 @@ MOTION_COLUMNS = ("chamfer", "within", "torn", "psnr", "ssim")
 
 @dataclass(frozen=True)
 class MovedOutcome:
-    """What came of one photo.
+    """The result of one photo.
 
     Attributes
     ----------
     name, index, stance
         Of the case.
     method : str
-        What made the character.
+        Name of the way in which the character was made.
     scores : mapping of pose to metric to value
     triangles : int
     failure : str
-        Why no character was made; "" if one was.
+        Reason why no character was made; "" otherwise.
     """
 
     name: str
@@ -50,17 +53,18 @@ class MovedOutcome:
     failure: str = ""
 
     def value(self, metric: str, motion: bool) -> float:
-        """Of the T-pose, or the mean of the frames of `motion`."""
+        """The value of the T-pose, or the mean of the frames of `motion`; NaN if it was not
+        measured."""
         if not motion:
-            return self.scores[T_POSE][metric]
+            return self.scores[T_POSE].get(metric, float("nan"))
         return float(
             np.mean([values[metric] for pose, values in self.scores.items() if pose != T_POSE])
         )
 
 
 def moved_table(outcomes: Sequence[MovedOutcome]) -> str:
-    """Means ± half widths of 95 % intervals over the photos, a row for each method, in T-pose and
-    in motion."""
+    """Means ± half widths of 95 % intervals over the photos, in T-pose and in motion; one row per
+    method."""
     labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [
         f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS
     ]
@@ -75,14 +79,16 @@ def moved_table(outcomes: Sequence[MovedOutcome]) -> str:
             cells = _cells(
                 good, lambda values: "{:.{d}f} ± {:.{d}f}" if len(values) > 1 else "{:.{d}f}"
             )
+            triangles = np.mean([one.triangles for one in good])
             lines.append(
-                f"| {method} | {len(good)} of {len(mine)} | {' | '.join(cells)} | {np.mean([one.triangles for one in good]):,.0f} |"
+                f"| {method} | {len(good)} of {len(mine)} | {' | '.join(cells)} "
+                f"| {triangles:,.0f} |"
             )
     return "\n".join(lines)
 
 
 def photo_table(outcomes: Sequence[MovedOutcome]) -> str:
-    """Every photo by itself."""
+    """One row per photo."""
     labels = [f"T: {label}" for label, _, _ in COLUMNS.values()] + [
         f"motion: {COLUMNS[name][0]}" for name in MOTION_COLUMNS
     ]
@@ -92,9 +98,8 @@ def photo_table(outcomes: Sequence[MovedOutcome]) -> str:
     ]
     for outcome in outcomes:
         cells = [outcome.failure] if outcome.failure else _cells([outcome], lambda _: "{:.{d}f}")
-        lines.append(
-            f"| {outcome.index} | {outcome.name} | {outcome.stance} | {outcome.method} | {' | '.join(cells)} |"
-        )
+        who = f"{outcome.index} | {outcome.name} | {outcome.stance} | {outcome.method}"
+        lines.append(f"| {who} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

@@ -1,18 +1,17 @@
-"""The reconstruction benchmark: photos of people whose shape and colors are known, through the
-real path, compared with the truth.
+"""The reconstruction benchmark: photos of people with known shape and colors are put through the
+pipeline and compared with the truth.
 
-Photos come from the validation split of the synthetic studio: identities and an outfit that no
-network of ours has learned from. Everything is compared in the photo's frame, in which the photo is
-the orthographic front view of the true (warped) mesh.
+Photos come from the validation split of the synthetic studio: identities and an outfit that are in
+no training data. Everything is compared in the frame of the photo, in which the photo is the
+orthographic front view of the true (warped) mesh.
 
-One photo does not show the size of a person nor the distance: predicted points go from the
-predicted camera to pixels and from there to the meters of the true camera (x, y and z by the same
-factor), and z is shifted so that the medians of the front depths agree where both are seen.
+One photo shows neither the size of a person nor the distance. Predicted points are projected by the
+predicted camera to pixels, and from there to the meters of the true camera (x, y and z by the same
+factor). z is shifted so that the medians of the front depths agree where both are visible.
 
-`settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth;
-`maps` shows what pixels see of a surface, in the photo's frame, and `measures` compares. `methods`
-runs backends and colorings on a case, `kept` keeps what is finished, `pictures` and `tables` show
-it.
+`settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth.
+`maps` renders a surface in the frame of the photo, and `measures` compares. `methods` runs backends
+and colorings on a case, `kept` stores finished photos, `pictures` and `tables` show the results.
 """
 
 from a2v.lab.evaluation.reconstruction.cases import Case, lit_by, open_case, open_studio

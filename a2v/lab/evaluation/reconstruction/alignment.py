@@ -1,4 +1,4 @@
-"""Rigid alignment, so that a shape counts that is only turned or moved."""
+"""Align shapes rigidly, so that only a rotation or shift is no error."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def rigid(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others in the sense of
-    least squares (Kabsch 1976)."""
+    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others by least squares
+    (Kabsch 1976)."""
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     left, _, right = np.linalg.svd((source - middle).T @ (target - aim))
     flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
@@ -68,7 +68,7 @@ def aligned_distances(
     count : int
         Points per side in each round.
     sized : bool
-        Bring the surface to the truth's size as well.
+        Scale the surface to the size of the truth, too.
     """
     rotation, shift, size = align(own, truth, rounds=rounds, count=count, sized=sized)
     forth = truth.rays.closest(
@@ -94,7 +94,7 @@ def align(
     for _ in range(rounds):
         moved = size * mine @ rotation.T + shift
         there = _closest(truth, moved)
-        here = _closest(own, (theirs - shift) @ rotation / size)  # in the surface's own frame
+        here = _closest(own, (theirs - shift) @ rotation / size)  # in the frame of the surface
         pairs = np.concatenate([mine, here]), np.concatenate([there, theirs])
         rotation, shift, size = similar(*pairs) if sized else (*rigid(*pairs), 1.0)
     return rotation, shift, size

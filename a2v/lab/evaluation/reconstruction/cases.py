@@ -23,7 +23,7 @@ from a2v.record import Record
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, PhotoCamera, Surface
 
 _KEPT = f"{VERSION}b"
-"""Of kept cases: since b they know their camera."""
+"""Version of stored cases; since b they contain their camera."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,12 +46,12 @@ class Case(Record):
     normals : (V, 3)
         Unit normals of its vertices.
     outer : (n,) int
-        Its faces that can be seen from somewhere: scalps under wigs and mouths are not what is
+        Its faces that are visible from outside: scalps under wigs and mouths are not
         reconstructed.
     points, point_normals : (M, 3)
         Uniform by area on the outer surface, with unit normals.
     landmarks : (33, 3)
-        BlazePose landmarks as a body model has them, meters; NaN where unknown.
+        BlazePose landmarks of a body model, meters; NaN if unknown.
     facts : mapping
         For the report: pose, yaw...
     """
@@ -75,8 +75,8 @@ class Case(Record):
 
     @property
     def photo_camera(self) -> PhotoCamera:
-        """What took the photo (an orthographic camera where nobody said): `PhotoCamera.raised`
-        moves the surface back to the world."""
+        """The camera of the photo (orthographic if it is not given); `PhotoCamera.raised` moves the
+        surface back to the world."""
         made = self.surface.provenance
         if "camera_aim" not in made:
             return PhotoCamera(flat=self.camera)
@@ -92,11 +92,11 @@ class Case(Record):
 def open_studio(
     folder: str | os.PathLike[str], data: str | os.PathLike[str], panel: str = ""
 ) -> Studio:
-    """The studio of the benchmark: its default settings, or those of a `panel`, in true meters (no
-    error of a guide moves or scales the world).
+    """Open the studio of the benchmark with its default settings, or those of a `panel`, in true
+    meters (no error of a guide moves or scales the world).
 
-    `folder` keeps poses and guides, which are made there if they are missing (some minutes): a data
-    set's folder, or any other.
+    `folder` stores poses and guides, which are made if they are missing (some minutes). It is the
+    folder of a data set, or any other.
 
     Raises
     ------
@@ -114,11 +114,11 @@ def open_studio(
 def open_case(
     studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None, *, turn: float = 0.0
 ) -> Case:
-    """A pinned photo with its truth; it is kept in the folder `kept`, if there is one, and read
-    from there the next time.
+    """Make a pinned photo with its truth. With the folder `kept`, the case is stored there and read
+    the next time.
 
-    With a `turn`, degrees, it is another photo of that person, who has turned by so much and stands
-    anew (`Studio.scene`).
+    With a `turn`, degrees, it is another photo of that person, turned by this angle and posed again
+    (`Studio.scene`).
 
     Raises
     ------
@@ -159,7 +159,7 @@ def open_case(
 
 
 def lit_by(surface: Surface, gain: FloatArray) -> Surface:
-    """A surface whose colors (and texture) are multiplied by a linear RGB gain (3,), as in even
+    """Multiply the colors (and texture) of a surface by a linear RGB gain (3,), as in even
     light."""
     colors = linear_to_srgb(srgb_to_linear(surface.colors) * gain)
     if surface.texture is None:

@@ -1,5 +1,5 @@
-"""Canonical characters as the pipeline makes them, of one photo or of several of the same person,
-for the benchmark."""
+"""Make canonical characters as the pipeline does, from one or several photos of a person, for the
+benchmark."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def character_of(
     settings: FitSettings,
     weights: str = "",
 ) -> tuple[Surface, FitResult]:
-    """The colored character in the pose of the first of its photos, and the fit to that photo.
+    """The colored character in the pose of its first photo, and the fit to that photo.
 
-    `fits` are those to each photo alone (`fit_body`).
+    `fits` are the separate fits to each photo (`fit_body`).
     """
     shape = settings_of(DEFAULT_BACKEND, weights)
     if len(subjects) > 1:

@@ -1,4 +1,4 @@
-"""Finished photos, kept in a folder."""
+"""Store finished photos in a folder."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from a2v.types import ByteArray
 
 
 class Measured:
-    """A folder in which finished photos are kept, so that a run that was stopped, or that gets
-    another method, goes on.
+    """A folder of finished photos, so that a run that was stopped, or that gets another method,
+    continues.
 
-    The truths lie in `cases`, a folder beside it, where other runs find them too.
+    The truths are in `cases`, a folder beside it, which other runs share.
 
     Parameters
     ----------
     folder : path
     studio : Studio
     settings : BenchmarkSettings
-        What was measured with another protocol, studio, or weights of the method does not count.
+        Results of another protocol, studio, or weights of the method are not used.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Measured:
         return self.folder / f"{index:06d}-{method.name.replace(':', '-')}-{key}"
 
     def load(self, index: int, methods: Sequence[Method]) -> Outcome | None:
-        """What is known of a photo, None for nothing; failed photos are tried again."""
+        """The stored result of a photo, None without one; failed photos are tried again."""
         known: Outcome | None = None
         for method in methods:
             path = self._path(index, method).with_suffix(".json")
@@ -67,7 +67,7 @@ class Measured:
         return known
 
     def save(self, result: Result, methods: Sequence[Method]) -> None:
-        """Keep a result, with its pictures, method by method."""
+        """Store a result with its pictures, one file per method."""
         import cv2
 
         outcome, rows = result.outcome, picture_rows(result)
@@ -88,7 +88,7 @@ class Measured:
                 temporary.write_text(json.dumps(dataclasses.asdict(own)), encoding="utf-8")
 
     def sheet(self, index: int, methods: Sequence[Method]) -> ByteArray:
-        """The pictures of a photo that is known for all of `methods`: the truth and each method,
+        """The pictures of a photo that is stored for all of `methods`: the truth and each method,
         below each other."""
         import cv2
 

@@ -1,4 +1,4 @@
-"""Surfaces in the frame of the photo, and what its pixels see of them."""
+"""Render surfaces in the frame of the photo."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from a2v.types import BoolArray, Camera, FloatArray, OrthographicCamera, Subject
 
 
 def camera_of_crop(camera: OrthographicCamera, subject: Subject) -> OrthographicCamera:
-    """The photo's camera for the pixels of the subject's crop."""
+    """The camera of the photo for the pixels of the subject's crop."""
     left, top, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return OrthographicCamera(
@@ -27,16 +27,16 @@ def camera_of_crop(camera: OrthographicCamera, subject: Subject) -> Orthographic
 def to_true_frame(
     points: FloatArray, camera: Camera, subject: Subject, *, true: OrthographicCamera
 ) -> FloatArray:
-    """Points (N, 3) of the frame of `camera` (of the subject's crop) in that of the photo's `true`
-    flat camera: same pixels, same proportions."""
+    """Points (N, 3) from the frame of `camera` (of the subject's crop) in that of the `true` flat
+    camera of the photo: same pixels, same proportions."""
     crop = camera_of_crop(true, subject)
     return crop.unproject(camera.project(points), points[:, 2] * (camera.scale / crop.scale))
 
 
 @dataclass(frozen=True, eq=False)
 class Maps:
-    """A surface as seen along the photo's viewing axis, from the front or through from the back, on
-    the same pixels.
+    """A surface seen along the viewing axis of the photo, from the front or from the back, on the
+    same pixels.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ def surface_maps(
     size: int,
     side: int,
 ) -> Maps:
-    """What parallel rays through a grid over the photo see.
+    """Render a surface with parallel rays through a grid over the photo.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def surface_maps(
 
 
 def mask_in_photo(subject: Subject) -> FloatArray:
-    """What perception took for the person, in the whole photo, (H, W) float32."""
+    """The mask of the person found by perception, in the whole photo, (H, W) float32."""
     import cv2
 
     left, top, right, bottom = subject.crop

@@ -1,4 +1,4 @@
-"""A prediction compared with the truth: shape, silhouette, normals, colors."""
+"""Compare a prediction with the truth: shape, silhouette, normals, colors."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from a2v.lab.evaluation.reconstruction.thickness import THICK, THIN, longest_way
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Subject, Surface
 
 ASIDE = 0.01
-"""What lies so near in the picture, meters, is the same place for `slabs_slack`: the rims of a
-silhouette, where all things are thin."""
+"""Distance in the picture within which places count as one for `slabs_slack`, meters: everything is
+thin at the rim of a silhouette."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A prediction in the true frame: its surface, the normals (V, 3) of its vertices, and how far
-    z was shifted, meters.
+    """A prediction in the true frame: its surface, the normals (V, 3) of its vertices, and the
+    shift of z, meters.
 
-    `world` (V, 3) are its vertices in the world, of the size that it has in the photo.
+    `world` (V, 3) are its vertices in the world, in the size of the photo.
     """
 
     surface: Surface
@@ -40,7 +40,7 @@ class Placed:
 
 
 class Truth:
-    """What is computed of a case once, for all methods."""
+    """The truth of a case, computed once for all methods."""
 
     def __init__(self, case: Case, settings: BenchmarkSettings) -> None:
         """See the class."""
@@ -60,7 +60,7 @@ class Truth:
         self._triangles = np.asarray(case.surface.vertices, np.float64)[faces]
 
     def place(self, surface: Surface, camera: Camera, subject: Subject) -> Placed:
-        """A prediction in the true frame, with z shifted as the protocol says.
+        """Put a prediction into the true frame, with z shifted as in the protocol.
 
         Raises
         ------
@@ -79,7 +79,8 @@ class Truth:
         both = front.mask & self.sides[0].mask
         if not both.any():
             raise InputError(
-                f"{case.name} {case.index}: the reconstruction lies beside the person; nothing can be compared"
+                f"{case.name} {case.index}: the reconstruction lies beside the person; "
+                "nothing can be compared"
             )
         shift = float(np.median(self.sides[0].depth[both]) - np.median(front.depth[both]))
         vertices[:, 2] += shift
@@ -87,15 +88,15 @@ class Truth:
         return Placed(placed, self._sized(surface.vertices, camera, subject), normals, shift)
 
     def _sized(self, vertices: FloatArray, camera: Camera, subject: Subject) -> FloatArray:
-        """Vertices (V, 3) of the world in true meters, by the pixels a meter at the person's
-        depth."""
+        """Vertices (V, 3) of the world in true meters, by the pixels per meter at the depth of the
+        person."""
         return np.asarray(
             vertices * (camera.scale / camera_of_crop(self.case.camera, subject).scale), np.float64
         )
 
     def compare_shape(self, placed: Placed) -> dict[str, float]:
         """Chamfer distance and point to surface (cm), both also after rigid alignment, normals,
-        IoU, and what is too thick (`thick_share`)."""
+        IoU, and the share that is too thick (`thick_share`)."""
         surface, case, settings = placed.surface, self.case, self.settings
         points, normals = sample_surface(surface, settings.points, seed=settings.seed)
         there = self._outer.closest(points)
@@ -134,9 +135,9 @@ class Truth:
 
     def _slabs(self, surface: Surface, aside: float) -> float:
         """Share of the pixels of both silhouettes at which the longest way through the solid is
-        over `THICK` times as long as from the truth's front to its back: unlike in `thick_share`,
-        limbs that stand apart are not slabs. The truth counts as its thickest within `aside`
-        meters.
+        over `THICK` times as long as from the front to the back of the truth. Unlike in
+        `thick_share`, separate limbs are not slabs. Of the truth, the largest thickness within
+        `aside` meters counts.
         """
         import cv2
 
@@ -144,7 +145,7 @@ class Truth:
         rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in self.photo)
         pixels = (
             np.stack(np.meshgrid(columns * step, rows * step), axis=-1) + 0.0137 * step
-        )  # along no edge
+        )  # not along an edge
         own = longest_ways(
             surface.vertices.astype(np.float64),
             surface.faces,
@@ -165,8 +166,8 @@ class Truth:
         return aligned_distances(Scan.of(surface.vertices, surface.faces, points), truth)
 
     def _in_world(self, vertices: FloatArray, faces: IntArray) -> tuple[float, float]:
-        """Chamfer distance and point to surface, meters, between people in the world, of any size:
-        what perspective does to them counts."""
+        """Chamfer distance and point to surface, meters, between people in the world, after
+        scaling: distortion by perspective counts."""
         plain = Surface(
             vertices=vertices.astype(np.float32),
             faces=faces.astype(np.int32),
@@ -179,8 +180,8 @@ class Truth:
         return aligned_distances(Scan.of(plain.vertices, plain.faces, points), truth, sized=True)
 
     def compare_fit(self, fit: FitResult, subject: Subject) -> dict[str, float]:
-        """The fitted body: its skin against the dressed truth after rigid alignment, the depths of
-        its limbs relative to the trunk (cm)."""
+        """Scores of the fitted body: its skin against the dressed truth after rigid alignment, and
+        the depths of its limbs relative to the trunk (cm)."""
         import torch
 
         vertices, faces, _ = outer_skin(fit.body)
@@ -257,8 +258,8 @@ def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> f
     """Share of the pixels of both silhouettes at which a surface is more than `THICK` times as
     thick as the truth.
 
-    Depths (H, W) of front and back, meters, NaN outside. What is thinner than `THIN` meters, as
-    every rim is, counts as so thick.
+    Depths (H, W) of front and back, meters, NaN outside. Thicknesses below `THIN` meters, as at
+    every rim, count as `THIN`.
     """
     own, real = mine[0] - mine[1], true[0] - true[1]
     both = np.isfinite(own) & np.isfinite(real)
@@ -266,8 +267,8 @@ def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> f
 
 
 def detail_share(mine: FloatArray, true: FloatArray, region: BoolArray) -> float:
-    """Energy of the Laplacian of a picture (H, W, 3) over the true one's, in the middle of a region
-    (H, W): below 1 it is blurred."""
+    """Energy of the Laplacian of a picture (H, W, 3) relative to that of the true picture, in the
+    middle of a region (H, W): below 1 it is blurred."""
     import cv2
 
     inner = cv2.erode(region.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0

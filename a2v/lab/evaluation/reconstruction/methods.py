@@ -1,4 +1,4 @@
-"""The methods under test, run on one photo."""
+"""Run the methods under test on one photo."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from a2v.body import FitResult
 
 CHARACTER = "character"
-"""Of a `Method`: the canonical character."""
+"""Name of the `Method` that makes the canonical character."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A backend with a way to color: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
+    """A backend with a coloring: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
 
-    Or ``character``, the canonical one, and ``character+180+90``, that of further photos, in which
-    the person has turned by so many degrees (`turns`). `weights` is a folder of weights for
-    backends that have some; "" for the shipped ones.
+    Or ``character``, the canonical one, and ``character+180+90`` with further photos, in which the
+    person has turned by these degrees (`turns`). `weights` is a folder of weights for backends that
+    have some; "" for the shipped ones.
     """
 
     backend: str
@@ -42,18 +42,19 @@ class Method:
 
     @classmethod
     def parse(cls, text: str, weights: str = "") -> Method:
-        """From its name.
+        """Parse a method from its name.
 
         Raises
         ------
         InputError
-            Unknown backend or coloring, or turns that are no degrees.
+            Unknown backend or coloring, or turns that are not degrees.
         """
         first, *turns = text.split("+")
         if first == CHARACTER:
             if not all(turn.isdecimal() and 0 < int(turn) < 360 for turn in turns):
                 raise InputError(
-                    f"unknown method '{text}'; expected degrees from 1 to 359 after every +, as in character+180"
+                    f"unknown method '{text}'; "
+                    "expected degrees from 1 to 359 after every +, as in character+180"
                 )
             return cls(DEFAULT_BACKEND, "ours", weights, True, tuple(float(turn) for turn in turns))
         backend, _, coloring = text.partition(":")
@@ -68,7 +69,7 @@ class Method:
 
     @property
     def name(self) -> str:
-        """As it is parsed."""
+        """The name, as for `parse`."""
         if self.character:
             return "+".join([CHARACTER, *(f"{turn:.0f}" for turn in self.turns)])
         return self.backend if self.coloring == "ours" else f"{self.backend}:{self.coloring}"
@@ -76,7 +77,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of one photo, in numbers.
+    """The results of one photo, in numbers.
 
     Attributes
     ----------
@@ -89,7 +90,7 @@ class Outcome:
     fit : mapping of `FIT_METRICS` to value
         Of the fitted body, which all methods share.
     failure : str
-        Why perception, the fit or a method gave up; "" if they did not. Such photos count for no
+        Reason why perception, the fit or a method failed; "" otherwise. Failed photos count for no
         method.
     """
 
@@ -104,16 +105,16 @@ class Outcome:
 
     @property
     def identity(self) -> str:
-        """The person, without the outfit."""
+        """Name of the person, without the outfit."""
         return self.name.rpartition("_")[0]
 
     @property
     def outfit(self) -> str:
-        """What the person wears."""
+        """Name of the outfit."""
         return self.name.rpartition("_")[2]
 
     def with_others(self, later: Outcome) -> Outcome:
-        """This one and what another run measured of the same photo."""
+        """Merge this outcome with that of another run on the same photo."""
         return dataclasses.replace(
             later,
             scores={**self.scores, **later.scores},
@@ -124,8 +125,8 @@ class Outcome:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """An outcome with what there is to look at: surfaces by method in the true frame, and the
-    subject (None if the photo failed)."""
+    """An outcome with the surfaces by method in the true frame, and the subject (None if the photo
+    failed)."""
 
     case: Case
     outcome: Outcome
@@ -134,17 +135,17 @@ class Result:
 
 
 Again = Callable[[float], Case]
-"""Another photo of a case's person, by how many degrees they have turned."""
+"""Makes another photo of the person of a case, turned by this many degrees."""
 
 
 def evaluate_case(
     case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None = None
 ) -> Result:
-    """One photo through perception, fit, and each method; the fit is shared, and the shape by
-    methods that color alone.
+    """Run perception, fit, and each method on one photo. All methods share the fit; those that only
+    color share the shape.
 
-    `again` gives the further photos of characters that are made of several.
-    Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
+    `again` makes the further photos of characters from several photos. If perception, fit or a
+    method fails, the outcome has the reason (`Outcome.failure`).
     """
     try:
         return _evaluate(case, methods, settings, again)
@@ -156,89 +157,98 @@ def _evaluate(
     case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None
 ) -> Result:
     from a2v.body import FitSettings, fit_body
-    from a2v.body.confidence import looks_wrong
-    from a2v.lab.evaluation.reconstruction.characters import character_of
 
     clock = _Clock()
-    fitting = FitSettings(distance=settings.distance)
     subject = _seen(case, settings)
     clock.lap("perception")
-    fit = fit_body(subject, settings=fitting)
+    fit = fit_body(subject, settings=FitSettings(distance=settings.distance))
     clock.lap("fit")
-    truth = Truth(case, settings)
-    common = dict(clock.seconds)
-    scores: dict[str, dict[str, float]] = {}
-    seconds: dict[str, dict[str, float]] = {}
-    surfaces: dict[str, Surface] = {}
-    turned: dict[float, tuple[Subject, FitResult]] = {}
-    for method in (method for method in methods if method.character):
-        clock = _Clock()
-        for turn in method.turns:
-            if turn not in turned:
-                if again is None:
-                    raise InputError(
-                        f"{method.name} needs further photos of the person; there are none"
-                    )
-                other = _seen(again(turn), settings)
-                turned[turn] = other, fit_body(other, settings=fitting)
-        photos = [
-            (subject, fit),
-            *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals)),
-        ]  # as the pipeline does
-        clock.lap("fit")
-        colored, settled = character_of(
-            [one for one, _ in photos],
-            [one for _, one in photos],
-            settings=fitting,
-            weights=method.weights,
-        )
-        clock.lap("shape")
-        placed = truth.place(colored, settled.camera, subject)
-        scores[method.name] = truth.compare_shape(placed) | truth.compare_colors(placed)
-        seconds[method.name] = {
-            **common,
-            **clock.seconds,
-            "fit": common["fit"] + clock.seconds["fit"],
-            "color": 0.0,
-        }
-        surfaces[method.name] = placed.surface
-    for backend in dict.fromkeys(
-        (method.backend, method.weights) for method in methods if not method.character
-    ):
-        clock = _Clock()
-        shape = backend_of(*backend)(subject, fit.body, fit.camera)
-        clock.lap("shape")
-        geometry: dict[str, float] | None = None
+    photo = _Photo(case, settings, subject, fit, Truth(case, settings), dict(clock.seconds))
+    photo.measure_characters([method for method in methods if method.character], again)
+    photo.measure_backends([method for method in methods if not method.character])
+    made = {name: dict(surface.provenance) for name, surface in photo.surfaces.items()}
+    fitted = photo.truth.compare_fit(fit, subject)
+    outcome = Outcome(case.name, case.index, case.facts, photo.scores, photo.seconds, made, fitted)
+    return Result(case, outcome, photo.surfaces, subject)
+
+
+@dataclass(eq=False)
+class _Photo:
+    """One photo with its fitted body, and the results of the methods by their names."""
+
+    case: Case
+    settings: BenchmarkSettings
+    subject: Subject
+    fit: FitResult
+    truth: Truth
+    common: dict[str, float]
+    scores: dict[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    seconds: dict[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    surfaces: dict[str, Surface] = dataclasses.field(default_factory=dict)
+
+    def measure_characters(self, methods: Sequence[Method], again: Again | None) -> None:
+        """Measure canonical characters, of this photo and of further ones (`again`)."""
+        from a2v.body import FitSettings, fit_body
+        from a2v.body.confidence import looks_wrong
+        from a2v.lab.evaluation.reconstruction.characters import character_of
+
+        fitting = FitSettings(distance=self.settings.distance)
+        turned: dict[float, tuple[Subject, FitResult]] = {}
         for method in methods:
-            if method.character or (method.backend, method.weights) != backend:
-                continue
-            clock.start()
-            colored = COLORINGS[method.coloring](shape, subject, fit.body, fit.camera)
-            clock.lap("color")
-            placed = truth.place(colored, fit.camera, subject)
-            geometry = geometry or truth.compare_shape(placed)
-            scores[method.name] = geometry | truth.compare_colors(placed)
-            seconds[method.name] = common | clock.seconds
-            surfaces[method.name] = placed.surface
-    made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
-    return Result(
-        case,
-        Outcome(
-            case.name,
-            case.index,
-            case.facts,
-            scores,
-            seconds,
-            made,
-            truth.compare_fit(fit, subject),
-        ),
-        surfaces,
-        subject,
-    )
+            clock = _Clock()
+            for turn in method.turns:
+                if turn not in turned:
+                    if again is None:
+                        raise InputError(
+                            f"{method.name} needs further photos of the person; there are none"
+                        )
+                    other = _seen(again(turn), self.settings)
+                    turned[turn] = other, fit_body(other, settings=fitting)
+            further = [turned[turn] for turn in method.turns]
+            photos = [
+                (self.subject, self.fit),
+                *(one for one in further if not looks_wrong(one[1].residuals)),
+            ]  # as in the pipeline
+            clock.lap("fit")
+            colored, settled = character_of(
+                [one for one, _ in photos],
+                [one for _, one in photos],
+                settings=fitting,
+                weights=method.weights,
+            )
+            clock.lap("shape")
+            placed = self.truth.place(colored, settled.camera, self.subject)
+            seconds = {"fit": self.common["fit"] + clock.seconds["fit"], "color": 0.0}
+            self.scores[method.name] = self.truth.compare_shape(placed) | self.truth.compare_colors(
+                placed
+            )
+            self.seconds[method.name] = {**self.common, **clock.seconds, **seconds}
+            self.surfaces[method.name] = placed.surface
+
+    def measure_backends(self, methods: Sequence[Method]) -> None:
+        """Measure backends with their colorings; those that only color share one shape."""
+        for backend in dict.fromkeys((method.backend, method.weights) for method in methods):
+            clock = _Clock()
+            shape = backend_of(*backend)(self.subject, self.fit.body, self.fit.camera)
+            clock.lap("shape")
+            geometry: dict[str, float] | None = None
+            for method in methods:
+                if (method.backend, method.weights) != backend:
+                    continue
+                clock.start()
+                colored = COLORINGS[method.coloring](
+                    shape, self.subject, self.fit.body, self.fit.camera
+                )
+                clock.lap("color")
+                placed = self.truth.place(colored, self.fit.camera, self.subject)
+                geometry = geometry or self.truth.compare_shape(placed)
+                self.scores[method.name] = geometry | self.truth.compare_colors(placed)
+                self.seconds[method.name] = self.common | clock.seconds
+                self.surfaces[method.name] = placed.surface
 
 
 def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
-    """The person whom perception finds in a photo."""
+    """Find the person in a photo by perception."""
     from a2v.perception import PerceptionSettings, find_person
 
     mask = case.mask if settings.true_mask else None
@@ -248,7 +258,8 @@ def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
     person, true = mask_in_photo(subject) > 0.5, case.mask > 127
     if (person & true).sum() < 0.5 * (person | true).sum():
         raise InputError(
-            "perception took something else for the person: its mask and the true one overlap by less than a half"
+            "perception took something else for the person: its mask and the true one overlap by "
+            "less than a half"
         )
     return subject
 
@@ -269,8 +280,8 @@ class _Clock:
 
 
 def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> float:
-    """Most resident memory, MiB, of a fresh process that takes the photo all the way to the
-    colored surface (libraries included)."""
+    """Peak resident memory, MiB, of a fresh process that makes the colored surface from the photo
+    (libraries included)."""
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Pictures of evaluated photos."""
+"""Draw pictures of evaluated photos."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from a2v.types import ByteArray, Surface
 
 
 def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
-    """Pictures (size, W, 3) uint8 of an evaluated photo, "truth" and one for each method.
+    """Draw pictures (size, W, 3) uint8 of an evaluated photo: "truth" and one per method.
 
-    Photo (mask in the rows of methods), front, left, back and right unlit, then front, left and
-    back as clay.
+    Each has the photo (for methods the mask), front, left, back and right unlit, then front, left
+    and back as clay.
     """
     import cv2
 
@@ -27,7 +27,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     center, extent = (low + high) / 2, 1.1 * float((high - low).max())
     wide = min(
         1.0, 1.25 * float(np.hypot(*(high - low)[[0, 2]])) / extent
-    )  # however the person is turned
+    )  # for any turn of the person
     border = round((1 - wide) / 2 * size)
 
     def look(surface: Surface, azimuth: float, clay: bool = False) -> ByteArray:
@@ -64,7 +64,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
 
 
 def stack_rows(rows: Sequence[ByteArray]) -> ByteArray:
-    """Pictures below each other, light gray beside narrower ones."""
+    """Stack pictures below each other; narrower ones are padded in light gray."""
     width = max(row.shape[1] for row in rows)
     return np.vstack(
         [

@@ -40,7 +40,7 @@ FIT_METRICS: Mapping[str, tuple[str, int]] = {
     "keypoint_mean": ("Keypoints % of height↓", 2),
     "silhouette_iou": ("IoU↑", 3),
 }
-"""Columns of the table of the fit: its skin against the dressed truth, and how far limbs are off in
+"""Columns of the table of the fit: its skin against the dressed truth, and the errors of limbs in
 depth, relative to the trunk."""
 
 
@@ -51,22 +51,22 @@ class BenchmarkSettings:
     Attributes
     ----------
     panel : str
-        Which photos, of `PANELS`.
+        Name of the photos in `PANELS`.
     views : int
-        At most so many of them, the first ones; no panel has more than 40.
+        Largest number of photos, the first ones; no panel has more than 40.
     seed : int
-        Chooses the points on the predicted surface.
+        Seed of the choice of points on the predicted surface.
     size : int
         Rays along each side of the square photo, for silhouettes, normals and colors.
     points : int
-        Points on the predicted surface.
+        Number of points on the predicted surface.
     true_mask : bool
-        Give the true mask to perception, which then does not look for its own.
+        Give the true mask to perception, which then does not segment the photo.
     bodymap : bool
-        Let perception ask our own network; without, landmarks are the detector's.
+        Let perception use the body map network; otherwise landmarks are those of the detector.
     distance : float, optional
-        From camera to person that the fit is told, meters; 0 for an orthographic camera. Without it
-        the fit believes what users' photos give.
+        Given distance from camera to person, meters; 0 for an orthographic camera. Without it, the
+        fit estimates it as for users' photos.
     """
 
     panel: str = "studio"
@@ -83,5 +83,6 @@ class BenchmarkSettings:
             raise InputError(f"unknown panel '{self.panel}'; choose from {', '.join(PANELS)}")
         if self.views < 1 or self.points < 100 or not 64 <= self.size <= 2048:
             raise InputError(
-                f"views={self.views}, points={self.points}, size={self.size}; expected at least 1 and 100, and a size from 64 to 2048"
+                f"views={self.views}, points={self.points}, size={self.size}; "
+                "expected at least 1 and 100, and a size from 64 to 2048"
             )

@@ -1,4 +1,4 @@
-"""Tables, and everything that a reader needs to reproduce them."""
+"""Tables of the benchmark, and all data to reproduce them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> st
         whole = np.mean([sum(outcome.seconds[name].values()) for outcome in good])
         peak = f"{memory[name]:.0f}" if name in memory else "–"
         lines.append(
-            f"| {name} | {' | '.join(cells)} | {stages[0]:.1f} | {stages[1]:.1f} | {whole:.1f} | {peak} |"
+            f"| {name} | {' | '.join(cells)} "
+            f"| {stages[0]:.1f} | {stages[1]:.1f} | {whole:.1f} | {peak} |"
         )
     return "\n".join(lines)
 
@@ -92,7 +93,8 @@ def fit_table(outcomes: Sequence[Outcome]) -> str:
 
 
 def calibration(outcomes: Sequence[Outcome]) -> str:
-    """How the errors in depth that the fit expects of limbs go with the true ones: one sentence."""
+    """One sentence on the correlation of the expected errors of limbs in depth with the true
+    ones."""
     from scipy.stats import spearmanr
 
     rows = [
@@ -111,13 +113,14 @@ def calibration(outcomes: Sequence[Outcome]) -> str:
     ):
         expected, true = (np.array([row[place] for row in kept]) for place in (1, 2))
         told.append(
-            f"{name}: rank correlation {spearmanr(expected, true)[0]:.2f}, expected {expected.mean():.1f} cm, true {true.mean():.1f} cm"
+            f"{name}: rank correlation {spearmanr(expected, true)[0]:.2f}, "
+            f"expected {expected.mean():.1f} cm, true {true.mean():.1f} cm"
         )
     return f"Expected against true errors in depth, {'; '.join(told)}."
 
 
 def _grouped(outcomes: Sequence[Outcome], by: str) -> dict[str, list[Outcome]]:
-    """Photos that did not fail by "identity", "outfit" or "pose"."""
+    """Photos without failure by "identity", "outfit" or "pose"."""
     groups: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         if not outcome.failure:
@@ -140,7 +143,7 @@ def report(
     settings: BenchmarkSettings,
     studio: Studio,
 ) -> dict[str, Any]:
-    """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
+    """All data to reproduce the tables, and the values of every photo, as JSON."""
     return {
         "protocol": dataclasses.asdict(settings) | {"split": SPLIT},
         "studio": {"version": VERSION, "settings": dataclasses.asdict(studio.settings)},

@@ -1,6 +1,6 @@
-"""How thick a person can be at a pixel: slabs are found.
+"""Find slabs: pixels at which a surface is thicker than a person can be.
 
-A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep.
+A silhouette shows the width of a limb or a piece of cloth, and its depth is about the same.
 `local_radius` is the width; `slab_share` counts the pixels at which a surface is deeper than that
 *and* than the fitted body.
 """
@@ -17,22 +17,22 @@ from a2v.geometry.rays import RayScene, pixel_rays
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 THICK = 1.6
-"""What is more than so many times as thick as it can be is a slab."""
+"""Factor of the plausible thickness above which a surface is a slab."""
 THIN = 0.04
-"""What is thinner, as every rim is, counts as so thick, meters."""
+"""Smallest plausible thickness, meters: every rim is thin."""
 STEPS = 24
-"""Radii that `local_radius` tries."""
+"""Number of radii tested by `local_radius`."""
 
 
 def local_radius(mask: BoolArray) -> FloatArray:
-    """Radius (H, W) float32, pixels, of the largest disc within a mask (H, W) that holds each pixel
-    (Hildebrand and Rüegsegger 1997); 0 outside."""
+    """Radius (H, W) float32, pixels, of the largest disc within a mask (H, W) that contains each
+    pixel (Hildebrand and Rüegsegger 1997); 0 outside."""
     return np.where(mask, spread(_depth_within(mask)), 0).astype(np.float32)
 
 
 def spread(radius: FloatArray) -> FloatArray:
-    """The largest of the values (H, W) float32, pixels, whose disc of that radius about its pixel
-    holds each pixel."""
+    """For each pixel the largest of the values (H, W) float32, pixels, whose disc of that radius
+    contains the pixel."""
     result = np.array(radius, np.float32)
     for wide in np.geomspace(1, max(float(result.max(initial=0)), 1), STEPS):
         middles = radius >= wide
@@ -42,8 +42,8 @@ def spread(radius: FloatArray) -> FloatArray:
 
 
 def _depth_within(mask: BoolArray) -> FloatArray:
-    """Distance (H, W), pixels, of the pixels of a mask to what is not in it; beyond the picture
-    nothing is."""
+    """Distance (H, W), pixels, of the pixels of a mask from its outside, which includes everything
+    beyond the picture."""
     return _distance_to(~np.pad(mask, 1))[1:-1, 1:-1]
 
 
@@ -60,8 +60,8 @@ def _distance_to(known: BoolArray) -> FloatArray:
 def longest_ways(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray
 ) -> FloatArray:
-    """The longest way (n,), meters, within a closed mesh, vertices (V, 3) and faces (F, 3), along
-    -z at pixels (n, 2) of `camera`; 0 for none."""
+    """Longest way (n,), meters, within a closed mesh, vertices (V, 3) and faces (F, 3), along -z at
+    pixels (n, 2) of `camera`; 0 for none."""
     far = float(vertices[:, 2].max()) + 1
     ray, way, entering = RayScene(vertices, faces).passages(
         pixel_rays(camera, pixels, far),
@@ -72,7 +72,7 @@ def longest_ways(
     longest = np.zeros(count, np.float32)
     order = np.lexsort((way, ray))
     ray, way, step = ray[order], way[order], np.where(entering[order], 1, -1)
-    # rays that graze an edge do not come out of what they went into: nothing is known of them
+    # rays that graze an edge enter without leaving: they are dropped
     start = np.flatnonzero(np.r_[True, ray[1:] != ray[:-1]]) if len(ray) else ray
     within = np.cumsum(step)
     within = within - np.repeat(within[start] - step[start], np.diff(np.r_[start, len(ray)]))
@@ -91,11 +91,11 @@ def longest_ways(
 def slab_share(
     surface: Surface, body: Body, camera: OrthographicCamera, mask: FloatArray, size: int = 256
 ) -> float:
-    """Share of the silhouette's pixels at which a surface is thicker than anything there can be.
+    """Share of the pixels of the silhouette at which a surface is thicker than plausible.
 
-    Its longest way through the solid along -z is compared with the width of the silhouette there
-    (`local_radius`) and with the fitted body's own longest way (limbs may point at the camera); see
-    `THICK` and `THIN`.
+    The longest way through the solid along -z is compared with the width of the silhouette there
+    (`local_radius`) and with the longest way through the fitted body (limbs may point at the
+    camera); see `THICK` and `THIN`.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def slab_share(
     camera : OrthographicCamera
         Of the pixels of `mask`.
     mask : (H, W)
-        The person's opacity.
+        Opacity of the person.
     size : int
         Rays along the longer side of the mask's box.
     """
@@ -118,7 +118,7 @@ def slab_share(
     u, v = (np.arange(low[axis] + 0.5 * step, high[axis], step) for axis in (0, 1))
     pixels = np.stack(np.meshgrid(u, v), axis=-1)
     inside = sample_image(mask, pixels.reshape(-1, 2), linear=True).reshape(pixels.shape[:2]) > 0.5
-    asked = pixels[inside] + 0.0137 * step  # along no edge of a regular grid
+    asked = pixels[inside] + 0.0137 * step  # not along an edge of a regular grid
     skin, skin_faces, _ = outer_skin(body)
     own = longest_ways(surface.vertices.astype(np.float64), surface.faces, camera, asked)
     held = longest_ways(skin, skin_faces, camera, asked)

@@ -1,8 +1,8 @@
-"""The systems that the papers compare with (Sec. 5.1.1), written anew from the descriptions in the
+"""The systems that the papers compare with (Sec. 5.1.1), implemented from the descriptions in the
 papers; `a2v.lab.motion.baselines.training` trains them.
 
 None is shipped: they are here so that every row of the papers' tables can be measured again.
 """
 
 NAMES = ("condgru", "two-stage-gan", "act-mocogan", "dancing2music", "latent-transition")
-"""What can be trained, in the order of the papers' tables."""
+"""Names of the systems, in the order of the papers' tables."""

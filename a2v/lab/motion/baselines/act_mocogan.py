@@ -20,20 +20,25 @@ from a2v.lab.motion.baselines.base import (
 )
 
 NOISE = 30
+"""Size of the noise of a frame."""
+CONTENT = 30
+"""Size of the noise vector that all frames of a motion share."""
 CLASS_WEIGHT = 0.7
 """Weight of the action's cross entropy in the generator's loss."""
 POSE_WEIGHT = 0.5
-"""Weight of the judge of single poses in it."""
+"""Weight of the discriminator of single poses in it."""
 
 
 class ActMoCoGAN(Baseline):
-    """Noise of every frame becomes a motion code by a GRU; with the class, a two-layer GRU makes
-    poses of it.
+    """A GRU turns the noise of each frame into motion codes. A two-layer GRU turns the codes, a
+    noise vector that all frames of a motion share, and the class into poses.
 
-    Motions are judged by a two-layer GRU, 30 features, and 1 + C outputs: real or not, and the
-    class; poses without their root by layers of 128. Binary cross entropy, .7 of the class's, .5 of
-    the poses'. Assumed: the judge of poses has two hidden layers and no class; features are a tanh
-    of the last state.
+    The discriminator of motions is a two-layer GRU with 30 features and 1 + C outputs: real or not,
+    and the class. The discriminator of poses, which sees them without their root, has one hidden
+    layer of 128. The loss is a binary cross entropy, plus .7 of the class's cross entropy and .5 of
+    the poses'. The GRUs that generate start from random states. Assumed: the shared vector has 30
+    dimensions, the discriminator of poses sees no class, and the features are a tanh of the last
+    state.
     """
 
     SOURCE = "Tulyakov et al., CVPR 2018"
@@ -44,7 +49,9 @@ class ActMoCoGAN(Baseline):
         self.made = nn.ModuleDict(
             {
                 "codes": nn.GRU(NOISE, wide, batch_first=True),
-                "recurrent": nn.GRU(wide + sizes.actions, wide, num_layers=2, batch_first=True),
+                "recurrent": nn.GRU(
+                    wide + CONTENT + sizes.actions, wide, num_layers=2, batch_first=True
+                ),
                 "exit": nn.Linear(wide, sizes.pose),
             }
         )
@@ -53,15 +60,19 @@ class ActMoCoGAN(Baseline):
                 "recurrent": nn.GRU(sizes.pose, wide, num_layers=2, batch_first=True),
                 "features": nn.Linear(wide, 30),
                 "exit": nn.Linear(30, 1 + sizes.actions),
-                "pose": layers(sizes.pose, wide, wide, 1),
+                "pose": layers(sizes.pose, wide, 1),
             }
         )
 
     def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
         """See `Baseline`."""
-        frames = self.sizes.frames
-        codes, _ = self.made["codes"](normal(draws, len(actions), frames, NOISE))
-        hidden, _ = self.made["recurrent"](torch.cat([codes, over_time(actions, frames)], -1))
+        clips, frames, wide = len(actions), self.sizes.frames, self.sizes.hidden(128)
+        noise, start = normal(draws, clips, frames, NOISE), normal(draws, 1, clips, wide)
+        codes, _ = self.made["codes"](noise, start)
+        shared = torch.cat([normal(draws, clips, CONTENT), actions], -1)
+        hidden, _ = self.made["recurrent"](
+            torch.cat([codes, over_time(shared, frames)], -1), normal(draws, 2, clips, wide)
+        )
         poses: Tensor = self.made["exit"](hidden)
         return poses
 

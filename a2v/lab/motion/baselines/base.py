@@ -1,4 +1,4 @@
-"""What the five baselines share: their sizes, a batch, and how a network is improved."""
+"""Common parts of the five baselines: sizes, a batch, and one step of the optimizer."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 FIRST_STAGE = 0.6
-"""Share of the training that goes to the first of two stages, where there are two; the second's
-iterations cost far more."""
+"""Share of the training that goes to the first of two stages. Iterations of the second cost far
+more."""
 
 Improve = Callable[[nn.Module, Tensor], float]
 """One step of the optimizer on the weights of a module, and of no other, down a loss (); the loss
@@ -23,8 +23,8 @@ as a number."""
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the data ask for: numbers of a pose D = 3 J, actions C, frames T of a clip; `width`
-    multiplies the widths of hidden layers."""
+    """Sizes of the data: numbers per pose D = 3 J, actions C, frames per clip T. `width` multiplies
+    the widths of hidden layers."""
 
     pose: int
     actions: int
@@ -49,7 +49,7 @@ class Baseline(nn.Module, ABC):
     """A model of motions that is trained from clips and sampled by action."""
 
     SOURCE: ClassVar[str]
-    """The paper that it is from."""
+    """The paper that describes it."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class Baseline(nn.Module, ABC):
 
     @property
     def window(self) -> int:
-        """Frames of the clips that it learns from."""
+        """Number of frames of its training clips."""
         return self.sizes.frames
 
     @abstractmethod
@@ -95,7 +95,7 @@ def over_time(vector: Tensor, frames: int) -> Tensor:
 
 
 def real_or_not(logits: Tensor, real: bool) -> Tensor:
-    """Binary cross entropy () of logits that should all say `real`."""
+    """Return the binary cross entropy () of logits with the label `real`."""
     return functional.binary_cross_entropy_with_logits(logits, torch.full_like(logits, float(real)))
 
 
@@ -109,7 +109,7 @@ def random_poses(batch: Batch, draws: torch.Generator, each: int = 4) -> tuple[T
 
 
 CRITIC_STEPS = 3
-"""Of a critic for each of its generator."""
+"""Steps of a critic per step of its generator."""
 GRADIENT_PENALTY = 10.0
 """Weight of the gradient's norm (lambda of Gulrajani et al. 2017)."""
 
@@ -131,7 +131,7 @@ def wasserstein_round(
     generate : makes poses (N, D) of a number N
     real : (N, D)
     given : (N, C) or (N, 0)
-        What the critic is told of each pose.
+        Further inputs of the critic for each pose.
     """
     for _ in range(CRITIC_STEPS):
         fake = generate(len(real)).detach()

@@ -15,7 +15,7 @@ class CondGRU(Baseline):
     """The class, made a vector as long as a pose, joins the pose; a GRU of 128 and a linear layer
     give the next pose.
 
-    The first pose is a real one, the first state zero; half of the sequences are given real poses
+    The first pose is a real one, the first state zero; half of the sequences see real poses
     throughout, the others their own. Assumed: squared error, no change of the pose's scale.
     """
 
@@ -30,14 +30,15 @@ class CondGRU(Baseline):
     def follow(
         self, poses: Tensor, actions: Tensor, state: Tensor | None = None
     ) -> tuple[Tensor, Tensor]:
-        """What follows each of the poses (B, T, D), and the last state."""
+        """Return the successors of the poses (B, T, D), and the last state."""
         hidden, state = self.recurrent(
             torch.cat([over_time(self.embed(actions), poses.shape[1]), poses], -1), state
         )
         return self.exit(hidden), state
 
     def roll_out(self, first: Tensor, actions: Tensor, frames: int) -> Tensor:
-        """The `frames` - 1 poses that follow the first (B, D), each made of the one before."""
+        """Return the `frames` - 1 poses after the first (B, D), each generated from the last
+        one."""
         pose, state, made = first[:, None], None, []
         for _ in range(frames - 1):
             pose, state = self.follow(pose, actions, state)

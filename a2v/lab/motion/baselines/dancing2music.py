@@ -1,5 +1,5 @@
-"""Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music, from the
-paper alone."""
+"""Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music,
+implemented from the paper."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ class Gaussian(nn.Module):
         self.layer = nn.Linear(before, 2 * after)
 
     def forward(self, vector: Tensor, draws: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """A draw, the mean, and the divergence () from the standard normal, a dimension's mean."""
+        """A draw, the mean, and the divergence () from the standard normal, the mean over
+        dimensions."""
         mean, logvar = self.layer(vector).chunk(2, -1)
         divergence = 0.5 * (mean**2 + logvar.exp() - 1 - logvar).mean()
         return mean + torch.exp(0.5 * logvar) * normal(draws, *mean.shape), mean, divergence
@@ -49,10 +50,10 @@ class Dancing2Music(Baseline):
     a GAN learns which movements follow each other.
 
     GRUs are 1024 wide, divergences weigh .01, the sequence's L1 10. Snippets share a pose with the
-    next one: its initial pose is the last pose before. The second stage encodes a sequence of
-    movements and the action to 512 numbers and decodes them; at sampling these are drawn. Assumed:
-    divergences a dimension's mean, a discriminator that is told the action, `FIRST_STAGE` of the
-    training for the first stage.
+    next one: its initial pose is the last pose of the previous one. The second stage encodes a
+    sequence of movements and the action to 512 numbers and decodes them; at sampling these are
+    drawn. Assumed: divergences are means over dimensions, the discriminator sees the action,
+    `FIRST_STAGE` of the training for the first stage.
     """
 
     SOURCE = "Lee et al., NeurIPS 2019"

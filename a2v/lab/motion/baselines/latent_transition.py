@@ -32,13 +32,14 @@ CLASS_WEIGHT = 0.01
 
 
 class LatentTransition(Baseline):
-    """A Wasserstein GAN of poses, then an LSTM whose clipped steps, summed, lead through its latent
-    space.
+    """A Wasserstein GAN of poses, then a Bi-LSTM that generates steps through the GAN's latent
+    space. The latent vector of a frame is the sum of the clipped steps up to it.
 
-    Pose noise has 12 dimensions, layers are 1024 wide with batch norm in the generator; the LSTM is
-    256 wide; a Bi-LSTM on poses and their differences says whether a motion is real and which
-    action it is. Assumed: poses are made without the class, which the LSTM is told in every frame;
-    steps end at .3; the Bi-LSTM is 128 wide; `FIRST_STAGE` of the training for the first stage.
+    The pose noise has 12 dimensions. The GAN's layers are 1024 wide, with batch norm in the
+    generator. The Bi-LSTM (journal, Sec. 5.1.1) is 256 wide in each direction. The discriminator is
+    a Bi-LSTM on poses and their differences that also classifies the action. Assumed: poses are
+    generated without the class, which the Bi-LSTM receives in every frame; steps are clipped at .3;
+    the discriminator is 128 wide; `FIRST_STAGE` of the training goes to the first stage.
     """
 
     SOURCE = "Wang et al., AAAI 2020"
@@ -51,9 +52,12 @@ class LatentTransition(Baseline):
         self.steps = nn.ModuleDict(
             {
                 "recurrent": nn.LSTM(
-                    2 * NOISE + sizes.actions, sizes.hidden(256), batch_first=True
+                    2 * NOISE + sizes.actions,
+                    sizes.hidden(256),
+                    batch_first=True,
+                    bidirectional=True,
                 ),
-                "exit": nn.Linear(sizes.hidden(256), NOISE),
+                "exit": nn.Linear(2 * sizes.hidden(256), NOISE),
             }
         )
         self.judge = nn.ModuleDict(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from torch.nn import functional
 
 from a2v.errors import InputError
 from a2v.io import sha256
+from a2v.lab.checkpoints import read_checkpoint
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.motion.baselines import NAMES
 from a2v.lab.motion.baselines.act_mocogan import ActMoCoGAN
@@ -24,15 +26,7 @@ from a2v.lab.motion.baselines.cond_gru import CondGRU
 from a2v.lab.motion.baselines.dancing2music import Dancing2Music
 from a2v.lab.motion.baselines.latent_transition import LatentTransition
 from a2v.lab.motion.baselines.two_stage_gan import TwoStageGAN
-from a2v.lab.runs import (
-    RateSchedule,
-    Run,
-    RunSettings,
-    Training,
-    carry_on,
-    identity,
-    read_checkpoint,
-)
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 from a2v.types import FloatArray, IntArray
 
 FILE = "baseline.pt"
@@ -50,9 +44,9 @@ class BaselineSettings(RunSettings):
     name : str
         One of `a2v.lab.motion.baselines.NAMES`.
     iterations : int
-        Those of both stages, where there are two.
+        Iterations of both stages together, for systems with two.
     batch_size : int
-        Clips an iteration.
+        Clips per iteration.
     learning_rate : float
         Adam's, with (.5, .999).
     width : float
@@ -70,7 +64,8 @@ class BaselineSettings(RunSettings):
             raise InputError(f"unknown baseline '{self.name}'; choose from {', '.join(KINDS)}")
         if min(self.iterations, self.batch_size, self.log_every) < 1 or not 0 < self.width <= 4:
             raise InputError(
-                "iterations, batch_size and log_every of a baseline must be positive, its width at most 4"
+                "iterations, batch_size and log_every of a baseline must be "
+                "positive, its width at most 4"
             )
         if self.batch_size < 2:
             raise InputError("batch_size of a baseline is 1; batch norms need at least 2")
@@ -91,7 +86,7 @@ class BaselineTraining(Training):
             3 * dataset.skeleton.n_joints, len(dataset.actions), dataset.length, settings.width
         )
         self.model = KINDS[settings.name](self.sizes)
-        # one optimizer for all networks: it leaves weights without a gradient as they are
+        # one optimizer for all networks: it does not change weights without a gradient
         self.optimizer = torch.optim.Adam(
             self.model.parameters(), lr=settings.learning_rate, betas=(0.5, 0.999)
         )
@@ -110,7 +105,7 @@ class BaselineTraining(Training):
         return float(loss.detach())
 
     def step(self) -> dict[str, float]:
-        """One iteration; the losses that the baseline names."""
+        """Run one iteration; return the losses that the baseline names."""
         seed, iteration = self.settings.seed, self.iteration
         joints, labels, _ = self.sampler.batch(
             self.settings.batch_size, np.random.default_rng([seed, iteration])
@@ -125,8 +120,13 @@ class BaselineTraining(Training):
         draws = torch.Generator().manual_seed(seed * 1_000_003 + iteration)
         return self.model.learn(batch, iteration / self.settings.iterations, self.improve, draws)
 
+    def trained(self) -> TrainedBaseline:
+        """The baseline at this iteration, to sample from; its file has no digest yet."""
+        about = self.settings.name, self.model.eval(), self.dataset.actions, self.dataset.name
+        return TrainedBaseline(*about, self.dataset.digest, self.iteration, digest="")
+
     def content(self) -> dict[str, Any]:
-        """Weights, and what they are of."""
+        """Return the weights and their description."""
         about = {
             "name": self.settings.name,
             "sizes": dataclasses.asdict(self.sizes),
@@ -153,7 +153,7 @@ class TrainedBaseline:
         In `eval` mode.
     actions : tuple of str
     dataset, dataset_digest : str
-        What it learned from.
+        Its training data.
     iterations : int
     digest : str
         SHA-256 of its file.
@@ -177,7 +177,7 @@ class TrainedBaseline:
         ----------
         labels : (N,) int
         first : (N, J, 3) float32
-            Real first poses with their root at the origin; only CondGRU looks at them.
+            Real first poses with their root at the origin; only CondGRU uses them.
         generator : numpy Generator
         """
         draws = torch.Generator().manual_seed(int(generator.integers(2**62)))
@@ -199,9 +199,9 @@ def train_baseline(
     folder: str | os.PathLike[str],
     *,
     settings: BaselineSettings,
-    on_log: Callable[[dict[str, float]], None] | None = None,
+    on_log: Callable[[BaselineTraining, dict[str, float]], None] | None = None,
 ) -> TrainedBaseline:
-    """Train, or go on with, the baseline in `folder` (``baseline.pt`` and ``log.csv``).
+    """Train the baseline in `folder`, or resume its training (``baseline.pt`` and ``log.csv``).
 
     Parameters
     ----------
@@ -209,7 +209,8 @@ def train_baseline(
     folder : path
     settings : BaselineSettings
     on_log : callable
-        Called with each row of the log.
+        Called with the training and each row of the log; what it adds to the row goes into the
+        log.
 
     Raises
     ------
@@ -218,13 +219,9 @@ def train_baseline(
     """
     path = Path(folder) / FILE
     run = Run(path, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
-    carry_on(
-        BaselineTraining(dataset, settings),
-        run,
-        settings,
-        iterations=settings.iterations,
-        on_log=on_log,
-    )
+    training = BaselineTraining(dataset, settings)
+    show = on_log and functools.partial(on_log, training)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=show)
     return load_baseline(path)
 
 

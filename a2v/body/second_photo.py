@@ -1,0 +1,60 @@
+"""Which second photo of the same person would add the most to a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.types import FloatArray
+
+SIDES: Mapping[str, float] = MappingProxyType({"front": 0, "left": 90, "back": 180, "right": 270})
+"""Degrees from the person's front towards their left at which a camera sees each side."""
+DOUBTFUL = 0.15
+"""Expected error in depth of a limb, meters, above which the user is told. On the photos that the
+coefficients of `a2v.body.confidence` come from, such limbs were off by 37 cm on average and all
+others by 6 (25 and 9 without a body map)."""
+_FAR_LIMB = 0.5
+"""Weight of a limb that is on the far side of the person in a photo from the side."""
+
+
+def heading(landmarks: FloatArray) -> float:
+    """Degrees by which the trunk of landmarks (33, 3) is turned to its own left; 0 faces +z."""
+    points = {
+        side: landmarks[[LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("shoulder", "hip")]].mean(
+            0
+        )
+        for side in ("left", "right")
+    }
+    across = points["left"] - points["right"]
+    return math.degrees(math.atan2(-across[2], across[0]))
+
+
+def best_side(errors: Mapping[str, float], turned: float) -> str:
+    """The one of `SIDES` from which a second photo would add the most.
+
+    A photo settles a limb's depth by the sine of the angle to the first photo, and a limb on the
+    far side half as well. Without a `DOUBTFUL` limb the side that the first photo does not show
+    counts.
+
+    Parameters
+    ----------
+    errors : mapping of limb to float
+        Expected errors in depth, meters (`a2v.body.confidence.limb_errors`).
+    turned : float
+        `heading` of the person in the first photo, degrees.
+    """
+    limbs = {limb: error for limb, error in errors.items() if limb.endswith(("arm", "leg"))}
+    if max(limbs.values(), default=0.0) <= DOUBTFUL:
+        return max(SIDES, key=lambda side: -math.cos(math.radians(SIDES[side] + turned)))
+
+    def settled(side: str) -> float:
+        far = {"left": "right", "right": "left"}.get(side, "-")
+        weights = [_FAR_LIMB if limb.startswith(far) else 1.0 for limb in limbs]
+        share = abs(math.sin(math.radians(SIDES[side] + turned)))
+        return share * float(np.dot(weights, list(limbs.values())))
+
+    return max(SIDES, key=settled)

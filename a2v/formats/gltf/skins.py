@@ -1,0 +1,115 @@
+"""The skinned meshes of a glTF file, posed as the file poses them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from a2v.formats.gltf.reading import Gltf
+from a2v.types import FloatArray, IntArray
+
+MAX_WEIGHTS = 32_000_000
+"""Number of vertices times number of bones, at most."""
+
+
+def read_skin(
+    file: Gltf, world: FloatArray, nodes: tuple[int, ...]
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Vertices (n, 3) float64 of all skinned meshes as the file poses them, its units, faces (f, 3)
+    and weights (n, B) float32 of the bones."""
+    place = {node: number for number, node in enumerate(nodes)}
+    points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
+    count = 0
+    for node in file.items("nodes"):
+        if "mesh" not in node or "skin" not in node:
+            continue
+        skin = file.item("skins", node["skin"])
+        joints = file.joints(skin)
+        owners, matrices = (
+            np.array([place[joint] for joint in joints]),
+            world[joints] @ _inverse_bind(file, skin, len(joints)),
+        )
+        primitives = file.item("meshes", node["mesh"]).get("primitives")
+        for primitive in primitives if isinstance(primitives, list) else []:
+            attributes = primitive.get("attributes") if isinstance(primitive, dict) else None
+            if (
+                not isinstance(attributes, dict)
+                or not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys()
+            ):
+                continue
+            made, (bones, shares) = _posed(file, attributes, matrices)
+            if (count + len(made)) * len(nodes) > MAX_WEIGHTS:
+                raise file.fail(
+                    f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a product of at most {MAX_WEIGHTS}"
+                )
+            points.append(made)
+            faces.append(count + _triangles(file, primitive, len(made)))
+            rows = np.zeros((len(made), len(nodes)), np.float32)
+            np.add.at(
+                rows, (np.arange(len(made))[:, None], owners[bones]), shares.astype(np.float32)
+            )
+            weights.append(rows)
+            count += len(made)
+    if not points or count < 3:
+        raise file.fail("has no skinned mesh")
+    every = np.concatenate(points)
+    if not np.isfinite(every).all() or np.abs(every).max() > 1e6:
+        raise file.fail("has vertices at places that are no numbers, or far away")
+    return every, np.concatenate(faces).astype(np.int32), np.concatenate(weights)
+
+
+def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
+    """Inverse bind matrices (joints, 4, 4) float64 of a skin."""
+    if "inverseBindMatrices" not in skin:
+        return np.tile(np.eye(4), (joints, 1, 1))
+    given = file.accessor(skin["inverseBindMatrices"])
+    if given.shape != (joints, 16):
+        raise file.fail("has inverse bind matrices that are not one a joint")
+    return np.swapaxes(given.astype(np.float64).reshape(-1, 4, 4), 1, 2)
+
+
+def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
+    """Triangles (f, 3) of a primitive of `count` vertices; none for lines and strips."""
+    if primitive.get("mode", 4) != 4:
+        return np.zeros((0, 3), np.int64)
+    indices = (
+        file.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    )
+    used = indices[: len(indices) // 3 * 3].astype(np.int64)
+    if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
+        raise file.fail("has triangles with vertices that it has not")
+    return used.reshape(-1, 3)
+
+
+def _posed(
+    file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray
+) -> tuple[FloatArray, tuple[IntArray, FloatArray]]:
+    """Vertices (n, 3) under the joints' matrices; joints and weights (n, 4) of each."""
+    vertices, joints, weights = (
+        file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+    )
+    if (
+        vertices.shape[1] != 3
+        or joints.shape != weights.shape
+        or len(joints) != len(vertices)
+        or joints.shape[1] != 4
+    ):
+        raise file.fail("has a skinned mesh whose places, joints and weights do not fit together")
+    vertices, joints, weights = (
+        vertices.astype(np.float64),
+        joints.astype(np.int64),
+        weights.astype(np.float64),
+    )
+    if joints.size and not 0 <= int(joints.min()) <= int(joints.max()) < len(matrices):
+        raise file.fail("has vertices that follow joints that the skin has not")
+    total = weights.sum(axis=1, keepdims=True)
+    weights = np.where(total > 1e-6, weights / np.maximum(total, 1e-6), [1.0, 0.0, 0.0, 0.0])
+    made = np.zeros((len(vertices), 3))
+    for column in range(4):
+        chosen = matrices[joints[:, column]]
+        made += weights[:, column, None] * (
+            np.einsum("nab,nb->na", chosen[:, :3, :3], vertices) + chosen[:, :3, 3]
+        )
+    return made, (joints, weights)

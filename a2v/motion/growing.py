@@ -1,0 +1,67 @@
+"""Clips that become longer window by window, each by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.types import FloatArray, IntArray
+
+
+@dataclass
+class GrowingClips:
+    """Clips that become longer, each by itself.
+
+    Attributes
+    ----------
+    joints, rotations : (N, T, J, 3) float32
+    ahead : (N, F, J, 3) float32
+        What would have come after what each clip has.
+    at : (N,) int64
+        Frames that each clip has.
+    """
+
+    joints: FloatArray
+    rotations: FloatArray
+    ahead: FloatArray
+    at: IntArray
+
+    @classmethod
+    def empty(cls, count: int, frames: int, joints: int, ahead: int) -> GrowingClips:
+        """`count` clips without frames yet, with room for `frames` and for `ahead` after them."""
+        made = np.zeros((count, frames, joints, 3), np.float32)
+        return cls(
+            made,
+            made.copy(),
+            np.zeros((count, ahead, joints, 3), np.float32),
+            np.zeros(count, np.int64),
+        )
+
+    def add(
+        self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray
+    ) -> None:
+        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3);
+        what follows them is ahead."""
+        own, fade = np.arange(len(rows))[:, None], np.arange(self.ahead.shape[1])
+        at, longest = self.at[rows], int(take.max())
+        if (at == at[0]).all() and (take == longest).all() and len(rows) == len(self.at):
+            self.joints[:, at[0] : at[0] + longest], self.rotations[:, at[0] : at[0] + longest] = (
+                joints[:, :longest],
+                rotations[:, :longest],
+            )
+        else:
+            wanted = np.arange(longest) < take[:, None]
+            clip, frame = np.nonzero(wanted)
+            self.joints[rows[clip], at[clip] + frame] = joints[clip, frame]
+            self.rotations[rows[clip], at[clip] + frame] = rotations[clip, frame]
+        if joints.shape[1]:
+            self.ahead[rows] = joints[own, np.minimum(take[:, None] + fade, joints.shape[1] - 1)]
+        self.at[rows] = at + take
+
+    def last(self, rows: IntArray, count: int) -> FloatArray:
+        """The last `count` frames (n, count, J, 3) of the clips `rows`; the first one is repeated
+        where there are fewer."""
+        at = np.maximum(self.at[rows][:, None] + np.arange(-count, 0), 0)
+        frames: FloatArray = self.joints[rows[:, None], at]
+        return frames

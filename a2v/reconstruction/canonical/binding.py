@@ -1,0 +1,121 @@
+"""Bind the canonical mesh to bones: four weights per vertex that change slowly over the surface, so
+that no pose tears it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from a2v.body.face import EYES, teeth
+from a2v.body.parts import on_parts
+from a2v.reconstruction.canonical.topology import Topology
+from a2v.types import Body, BoolArray, FloatArray, IntArray
+
+_ALIKE: tuple[tuple[str, ...], ...] = (
+    ("root", "pelvis.L", "pelvis.R", "spine05"),
+    ("spine02", "spine01"),
+    ("neck01", "neck02", "neck03"),
+    *(
+        pair
+        for side in ("L", "R")
+        for pair in (
+            (f"clavicle.{side}", f"shoulder01.{side}"),
+            (f"upperarm01.{side}", f"upperarm02.{side}"),
+            (f"upperleg01.{side}", f"upperleg02.{side}"),
+        )
+    ),
+)
+"""Groups of Anny's bones that motions turn alike. In a vertex with more than four bones, one bone
+of each group takes the weight of all. Without it, neighbors drop different bones, and the surface
+tears between them."""
+_STEEPEST = 0.08
+"""Largest share of the weight that passes from one bone to another along one edge of the mesh. With
+steeper weights, edges at armpits and crotch stretch over 4 cm in a kick."""
+_ROUNDS = 100
+"""Largest number of rounds of averaging."""
+_RINGS = 8
+"""Number of rings of vertices around steep edges in which weights are averaged."""
+_SMOOTHED = (
+    "torso",
+    *(f"{side}_{part}" for side in ("left", "right") for part in ("upper_arm", "thigh")),
+)
+"""Parts on which weights are averaged. Elbows, knees and fingers keep the model's creases."""
+
+
+def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
+    """The four skinning weights (V, 4) of each vertex of the mesh, largest first, and their bones
+    (V, 4)."""
+    of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
+    dense = mesh.spread(np.concatenate([body.weights, of_teeth]).astype(np.float64))
+    free = mesh.skin & on_parts(body.parts[mesh.nearest], *_SMOOTHED)
+    dense = one_of_alike(softened(dense, mesh.faces, free), body.bone_names)
+    bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
+    largest = np.take_along_axis(dense, bones, axis=1)
+    return largest / largest.sum(axis=1, keepdims=True), bones
+
+
+def softened(weights: FloatArray, faces: IntArray, free: BoolArray) -> FloatArray:
+    """Average weights (V, B) over neighbors where they change too fast along an edge.
+
+    Only `free` (V,) vertices change, until no edge between two of them passes more than `_STEEPEST`
+    of the weight from one bone to another, or `_ROUNDS` are over.
+    """
+    from scipy.sparse import csr_matrix
+
+    near = _near_steep(weights, faces, free)
+    own = np.flatnonzero(near)
+    if not len(own):
+        return weights
+    number = np.full(len(weights), -1)
+    number[own] = np.arange(len(own))
+    inner = number[faces[near[faces].all(axis=1)]]
+    held = np.zeros(len(weights), bool)
+    held[faces[near[faces].any(axis=1) & ~near[faces].all(axis=1)]] = True
+    used = np.flatnonzero(weights[own].max(axis=0) > 0)
+    values = weights[np.ix_(own, used)]
+    one, two = np.concatenate([inner[:, [0, 1]], inner[:, [1, 2]], inner[:, [2, 0]]]).T
+    every = np.arange(len(own))
+    rows, columns = np.concatenate([one, two, every]), np.concatenate([two, one, every])
+    beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(own), len(own)))
+    beside.data[:] = 1.0  # an edge has two faces
+    mean = csr_matrix(beside.multiply(1 / np.asarray(beside.sum(axis=1))))
+    for _ in range(_ROUNDS):
+        steep = np.abs(values[one] - values[two]).sum(axis=1) / 2 > _STEEPEST
+        moving = np.zeros(len(own), bool)
+        moving[one[steep]] = moving[two[steep]] = True
+        moving &= ~held[own]
+        if not moving.any():
+            break
+        values[moving] = mean[moving] @ values
+    result = weights.copy()
+    result[np.ix_(own, used)] = values
+    return result
+
+
+def _near_steep(weights: FloatArray, faces: IntArray, free: BoolArray) -> BoolArray:
+    """Which `free` (V,) vertices lie within `_RINGS` of an edge that is too steep."""
+    own = faces[free[faces].all(axis=1)]
+    marked = np.zeros(len(weights), bool)
+    for first, second in ((0, 1), (1, 2), (2, 0)):
+        one, two = own[:, first], own[:, second]
+        steep = np.abs(weights[one] - weights[two]).sum(axis=1) / 2 > _STEEPEST
+        marked[one[steep]] = marked[two[steep]] = True
+    for _ in range(_RINGS):
+        marked[own[marked[own].any(axis=1)]] = True
+    return marked
+
+
+def one_of_alike(weights: FloatArray, names: Sequence[str]) -> FloatArray:
+    """Weights (V, B) in which vertices with more than four bones have at most one of each group of
+    `_ALIKE`."""
+    result = weights.copy()
+    many = np.flatnonzero((weights > 0).sum(axis=1) > 4)
+    index = {name: number for number, name in enumerate(names)}
+    for group in _ALIKE:
+        bones = np.array([index[name] for name in group])
+        share = result[np.ix_(many, bones)]
+        kept = np.zeros_like(share)
+        kept[np.arange(len(many)), share.argmax(axis=1)] = share.sum(axis=1)
+        result[np.ix_(many, bones)] = kept
+    return result

@@ -1,0 +1,81 @@
+"""Tones of unseen places: near visible ones, of skin and hair, and behind other limbs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.parts import on_parts
+from a2v.reconstruction.backs.seen import HAIR, LIMB_PARTS, SKIN
+from a2v.reconstruction.canvas import Canvas
+from a2v.types import BoolArray, FloatArray, IntArray
+
+RIM = (0.015, 0.035)
+"""Distances from well visible places up to which the colors of the photo continue, and from which
+on a given prior holds, meters."""
+_TONED = 15
+"""Smallest number of vertices that give the tone of skin or hair."""
+_AROUND = 150
+"""Number of visible vertices that give the color of a hidden one."""
+TONE = np.array([0.6, 0.75, 0.75])
+"""Weight of the median of the visible skin or hair in the lightness, a and b of the unseen."""
+
+
+def given_or_close(
+    prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray
+) -> FloatArray:
+    """The `prior` (V, 3) of a backend, or `otherwise` (V, 3) for vertices without it.
+
+    Towards well visible places, `reach` (V,) meters away, it fades into the colors `close` (V, 3)
+    of the photo; see `RIM`.
+    """
+    given = np.isfinite(prior).all(axis=1)
+    share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
+    return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
+
+
+def even_tones(
+    base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
+) -> FloatArray:
+    """Move unseen skin on `bare` (V,) parts, and unseen hair, to the tone of the visible: networks
+    often expect another one.
+
+    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. For
+    skin it is that of the lighter half, because the other half lies in the shadow of hair and chin.
+    """
+    from skimage.color import lab2rgb, rgb2lab
+
+    result, skin = base.copy(), None
+    for own in ((labels == SKIN) & bare, labels == HAIR):
+        if (own & known).sum() < _TONED or not (own & ~told).any():
+            continue
+        seen = rgb2lab(np.clip(base[own & known], 0, 1))
+        if skin is not None:  # at its border hair is mixed with skin
+            away = np.linalg.norm(seen - skin, axis=1)
+            seen = seen[away >= np.median(away)]
+        else:
+            seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
+        tone = skin = np.median(seen, axis=0)
+        lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
+        result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
+    return result
+
+
+def without_strangers(
+    expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray
+) -> FloatArray:
+    """Replace expected colors (V, 3) of vertices whose pixel shows another part by the median of
+    the nearest visible vertices on the same limb at rest. The nearest one alone lies in the shadow
+    of the occluding part."""
+    from scipy.spatial import cKDTree
+
+    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
+    result = expected.copy()
+    for names in LIMB_PARTS:
+        own = on_parts(canvas.parts, *names)
+        shown = np.flatnonzero(own & known)
+        if (own & lost).any() and len(shown) >= 20:
+            beside = cKDTree(canvas.rest[shown]).query(
+                canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1
+            )[1]
+            result[own & lost] = np.median(colors[shown[beside]], axis=1)
+    return result

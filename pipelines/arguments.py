@@ -1,0 +1,94 @@
+"""Arguments of the command line: checks, and sentences about what is wrong with them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import typing
+from collections.abc import Iterator, Sequence
+
+import jsonargparse
+
+from a2v.errors import InputError
+from a2v.io import brief, shorten
+
+
+def of_no_kind(text: str) -> str:
+    """The sentence about a value that has none of the types of its option."""
+    given = re.search(r"Given value: (.*)", text)
+    kind = next(
+        (
+            words
+            for name, words in (("int", "a whole number"), ("float", "a number"))
+            if f"<class '{name}'>" in text
+        ),
+        "another value",
+    )
+    return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
+
+
+def gather_repeated(kind: type, given: Sequence[str]) -> list[str]:
+    """The arguments, with the further values of a repeated option joined into the option that its
+    ``more`` names."""
+    result = list(given)
+    for name, field in _with_more(kind):
+        places = [
+            place
+            for place, argument in enumerate(result)
+            if argument == f"--{name}" or argument.startswith(f"--{name}=")
+        ]
+        extra = list[str]()
+        for place in reversed(places[1:]):
+            together = "=" in result[place]
+            extra[:0] = (
+                [result[place].partition("=")[2]] if together else result[place + 1 : place + 2]
+            )
+            del result[place : place + (1 if together else 2)]
+        if extra:
+            result += [f"--{field}", ",".join(extra)]
+    return result
+
+
+def _with_more(kind: type) -> Iterator[tuple[str, str]]:
+    """Names of the options that may be repeated, and of the fields that take further values."""
+    for item in dataclasses.fields(kind):
+        if "group" in item.metadata:
+            yield from _with_more(typing.get_type_hints(kind)[item.name])
+        elif more := (item.metadata.get("option") or {}).get("more"):
+            yield item.name, more
+
+
+def check_typed(kind: type, given: Sequence[str]) -> None:
+    """Refuse standard input as a file of settings."""
+    names = {"--config", *_settings_of(kind)}
+    for place, argument in enumerate(given):
+        name, together, value = argument.partition("=")
+        if name in names and (value if together else given[place + 1 : place + 2]) in ("-", ["-"]):
+            raise InputError(f"{name} - would read standard input; give a YAML file")
+
+
+def _settings_of(kind: type) -> Iterator[str]:
+    """The options of a dataclass that take a file of settings."""
+    for item in dataclasses.fields(kind):
+        if "settings" in item.metadata:
+            yield f"--{item.name}"
+        elif "group" in item.metadata:
+            yield from _settings_of(typing.get_type_hints(kind)[item.name])
+
+
+def check_numbers(found: jsonargparse.Namespace) -> None:
+    """Demand that every number is finite, and that every option which is a seed lies where numpy
+    and the renderer take it."""
+    for name, value in found.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{with_hyphens(f'--{name}')} is {value}; expected a finite number")
+        if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
+            raise InputError(
+                f"{with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}"
+            )
+
+
+def with_hyphens(text: str) -> str:
+    """A text with hyphens in the names of options."""
+    return re.sub(r"--[\w.]+", lambda name: name[0].replace("_", "-"), text)

@@ -1,0 +1,34 @@
+"""The question to a user at a terminal whose words name no action."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+from a2v.io import shorten
+
+if TYPE_CHECKING:
+    from a2v.motion.vocabulary import UnknownActionError
+
+
+def offer_nearest(error: UnknownActionError) -> str:
+    """Let the user at a terminal choose one of the nearest actions; "" for none, or without a
+    terminal."""
+    if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get(
+        "CI"
+    ):
+        return ""
+    print(
+        f"no action is called '{shorten(error.text, 80)}'. The nearest actions are:",
+        file=sys.stderr,
+    )
+    for number, name in enumerate(error.nearest, 1):
+        print(f"  {number}  {name}", file=sys.stderr)
+    print("Number, or Enter for none: ", end="", file=sys.stderr, flush=True)
+    answer = sys.stdin.readline().strip()
+    return (
+        error.nearest[int(answer) - 1]
+        if answer.isdecimal() and 1 <= int(answer) <= len(error.nearest)
+        else ""
+    )

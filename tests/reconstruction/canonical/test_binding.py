@@ -1,0 +1,126 @@
+"""Binding: four weights per vertex that no pose tears, and legs that stay under their skirt."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from a2v.body import load_body_model, make_body
+from a2v.body.face import teeth
+from a2v.body.fingers import reskinned
+from a2v.body.parts import on_parts
+from a2v.body.spots import rest_vertices
+from a2v.kinematics.skeleton import subtree
+from a2v.reconstruction.canonical.binding import four_weights, one_of_alike, softened
+from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.canonical.wear import thin_under_skirt
+from a2v.types import Body, FloatArray, Standing
+
+
+@pytest.fixture(scope="module")
+def rest_body() -> Body:
+    model = load_body_model("anny")
+    return make_body(model, np.zeros((len(model.bone_names), 3), np.float32), model.shape_default)
+
+
+def _raised(body: Body, name: str, turn: FloatArray) -> Body:
+    """The body with a limb turned about its joint, degrees about the world's axes."""
+    bone = body.bone_names.index(name)
+    transforms = body.bone_transforms.astype(np.float64)
+    moved, center = np.eye(4), transforms[bone, :3, 3]
+    moved[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
+    moved[:3, 3] = center - moved[:3, :3] @ center
+    below = subtree(body.bone_parents, bone)
+    transforms[below] = moved @ transforms[below]
+    return reskinned(body, transforms)
+
+
+def _longest_of_stretched(standing: Standing, body: Body, faces: FloatArray) -> float:
+    """Longest edge, meters, of those that are over three times as long as at rest."""
+    posed, rest = posed_vertices(standing, body), standing.vertices
+    ends = faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]
+    long, own = (
+        np.concatenate(
+            [np.linalg.norm(points[pair[:, 0]] - points[pair[:, 1]], axis=1) for pair in ends]
+        )
+        for points in (posed, rest)
+    )
+    return float(np.where(long > 3 * own, long, 0.0).max())
+
+
+@pytest.mark.parametrize(
+    ("bone", "turn"), [("upperleg01.L", [-100.0, 0, 0]), ("upperarm01.R", [0, 0, -110.0])]
+)
+def test_no_kick_and_no_raised_arm_tears_the_mesh(
+    rest_body: Body, bone: str, turn: list[float]
+) -> None:
+    mesh = topology()
+    weights, bones = four_weights(mesh, rest_body)
+    assert weights.shape == (len(mesh.nearest), 4)
+    assert np.allclose(weights.sum(axis=1), 1)
+    assert (np.diff(weights, axis=1) <= 1e-9).all()
+    rest = mesh.refined(np.concatenate([rest_vertices(rest_body), teeth().vertices]))
+    faces = mesh.faces[mesh.skin[mesh.faces].all(axis=1)]
+    standing = Standing(
+        vertices=rest.astype(np.float32),
+        weights=weights.astype(np.float32),
+        bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32),
+        parts=rest_body.parts[mesh.nearest].astype(np.int8),
+    )
+    posed = _raised(rest_body, bone, np.array(turn))
+    assert np.abs(posed_vertices(standing, posed) - rest).max() > 0.3
+    assert _longest_of_stretched(standing, posed, faces) < 0.04
+
+
+def test_weights_are_softened_where_they_are_steep_alone() -> None:
+    side = 40
+    row, column = np.divmod(np.arange(side * side), side)
+    one = (row * side + column)[(row < side - 1) & (column < side - 1)]
+    faces = np.concatenate(
+        [
+            np.stack([one, one + 1, one + side], axis=1),
+            np.stack([one + 1, one + side + 1, one + side], axis=1),
+        ]
+    )
+    left = (column < side // 2).astype(float)
+    weights = np.stack([left, 1 - left], axis=1)
+    soft = softened(weights, faces, np.ones(len(weights), bool))
+    assert np.allclose(soft.sum(axis=1), 1)
+    steepest = np.abs(np.diff(soft[:, 0].reshape(side, side), axis=1)).max()
+    assert steepest < 0.2
+    assert (soft[column < 8] == weights[column < 8]).all()
+    assert (softened(weights, faces, np.zeros(len(weights), bool)) == weights).all()
+
+
+def test_bones_that_move_alike_are_one_where_a_vertex_has_too_many(rest_body: Body) -> None:
+    names = rest_body.bone_names
+    own = {
+        "clavicle.L": 0.3,
+        "shoulder01.L": 0.2,
+        "upperarm01.L": 0.2,
+        "spine01": 0.2,
+        "neck01": 0.1,
+    }
+    weights = np.zeros((2, len(names)))
+    for name, share in own.items():
+        weights[0, names.index(name)] = share
+    weights[1, [names.index("clavicle.L"), names.index("shoulder01.L")]] = 0.5
+    found = one_of_alike(weights, names)
+    assert found[0, names.index("clavicle.L")] == pytest.approx(0.5)
+    assert (found[0] > 0).sum() == 4
+    assert (found[1] == weights[1]).all()
+
+
+def test_legs_are_thin_under_a_skirt_and_whole_below_its_hem(rest_body: Body) -> None:
+    skin = rest_vertices(rest_body)
+    legs = on_parts(rest_body.parts, "left_thigh", "left_shin", "right_thigh", "right_shin")
+    knee = float(rest_body.rest_transforms[rest_body.bone_names.index("lowerleg01.L"), 1, 3])
+    thin = thin_under_skirt(skin, rest_body, legs, knee)
+    assert (thin[~legs] == skin[~legs]).all()
+    assert (thin[skin[:, 1] < knee] == skin[skin[:, 1] < knee]).all()
+    band = legs & (skin[:, 0] > 0) & (np.abs(skin[:, 1] - knee - 0.15) < 0.02)
+    assert np.ptp(thin[band, 2]) < 0.6 * np.ptp(skin[band, 2])
+    assert (thin[:, 1] == skin[:, 1]).all()

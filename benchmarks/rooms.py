@@ -3,14 +3,16 @@ benchmarks.rooms --data ../shared/data`.
 
 Rooms and people are rendered (`a2v.lab.studio.rooms`, two minutes of one core each; `--kept` keeps
 them). For each: PSNR over the hole, and over the hole and all that the person's shadow changes by
-over 8 levels, against the empty room; how well the floor is found (IoU inside the photo); and
-straight walks of five seconds in six directions: how many of their frames stand on the true floor
-and in the picture, as they are and as `find_detour` bends them. Mask and camera are the true ones.
+over 8 levels, against the empty room; how well the floor and what stands in front of the person are
+found (IoU inside the photo); and walks of five seconds in six directions, straight and as
+`find_detour` bends them: the share of their frames whose root is over the true floor, and the share
+in which a person .6 m wide is wholly in the picture. Mask and camera are the true ones.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
 from pathlib import Path
 
@@ -18,10 +20,12 @@ import numpy as np
 
 from a2v.io import atomic_path
 from a2v.lab.studio.rooms import ROOMS, RoomCase, open_room
+from a2v.perception.behind import regions_of
 from a2v.perception.paint_out import paint_out
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.occluders import CLEARANCE, find_things
 from a2v.rendering.place import square, square_mask
-from a2v.rendering.room import find_detour, find_floor, standing_room
+from a2v.rendering.room import SIDE, find_detour, find_floor, standing_room
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 _CHANGED = 8
@@ -39,45 +43,70 @@ def psnr(one: ByteArray, other: ByteArray, where: BoolArray) -> float:
     )
 
 
-def walks(case: RoomCase, picture: ByteArray) -> tuple[float, float, float]:
-    """IoU of the floor; shares of frames on the true floor and in the picture, of straight walks
-    and of bent ones."""
-    import cv2
-
+def walks(case: RoomCase, picture: ByteArray) -> tuple[float, float, tuple[float, ...]]:
+    """IoU of the floor; IoU of what stands in front of the person (NaN where nothing does); and of
+    straight and of bent walks the shares of frames with the feet on the true floor and with the
+    whole person in the picture: straight on the floor, bent on the floor, straight in the picture,
+    bent in the picture."""
     shown, frame = square(picture)
     facts = case.facts
     camera = ViewCamera(
         origin=tuple(facts["origin"]), target=tuple(facts["target"]), fov=float(facts["fov"])
     )
-    floor = find_floor(shown, camera, np.zeros(2))
-    side = len(floor)
-    truth = (
-        cv2.resize(square_mask(case.floor, frame), (side, side), interpolation=cv2.INTER_AREA) > 0.5
+    regions = regions_of(shown, min(SIDE, len(shown)))
+    floor = find_floor(shown, camera, np.zeros(2), regions)
+    things = find_things(floor, regions, camera)
+    truth, front, inside = (
+        _small(one, frame, len(floor)) for one in (case.floor, case.front, np.ones_like(case.floor))
     )
-    inside = (
-        cv2.resize(
-            square_mask(np.ones_like(case.floor), frame), (side, side), interpolation=cv2.INTER_AREA
-        )
-        > 0.5
-    )
+    away = float(np.hypot(camera.origin[0], camera.origin[2]))
+    hides = (things < away - CLEARANCE) & inside
     found = standing_room(floor, camera, frame, len(shown), _TALL)
-    allowed = standing_room(truth, camera, frame, len(shown), _TALL)
-    plain, bent = [], []
+    shares = []
     for angle in np.radians(np.arange(0, 360, 60)):
         roots = np.arange(150)[:, None] * 0.04 * np.array([np.sin(angle), np.cos(angle)])
-        plain.append(_good(roots, allowed(roots)))
         places = find_detour(roots, found, fps=30, entering=True).places
-        bent.append(_good(places, allowed(places)))
+        shares.append(
+            [
+                _stands(roots, truth, front, camera),
+                _stands(places, truth, front, camera),
+                _in_picture(roots, camera, frame, len(shown)),
+                _in_picture(places, camera, frame, len(shown)),
+            ]
+        )
     return (
-        float((floor & truth).sum() / ((floor | truth) & inside).sum()),
-        float(np.mean(plain)),
-        float(np.mean(bent)),
+        _iou(floor & inside, truth),
+        _iou(hides, front) if front.any() else float("nan"),
+        tuple(np.mean(shares, axis=0).tolist()),
     )
 
 
-def _good(places: FloatArray, allowed: BoolArray) -> float:
-    """Share of the frames that are allowed; where the photo has the person counts."""
-    return float((allowed | (np.linalg.norm(places - places[0], axis=1) < 0.3)).mean())
+def _small(mask: FloatArray, frame: tuple[int, ...], side: int) -> BoolArray:
+    """A mask of the photo over its square with `side` pixels."""
+    import cv2
+
+    whole = cv2.resize(square_mask(mask, frame), (side, side), interpolation=cv2.INTER_AREA)
+    return np.asarray(whole > 0.5)
+
+
+def _iou(one: BoolArray, other: BoolArray) -> float:
+    return float((one & other).sum() / max((one | other).sum(), 1))
+
+
+def _stands(places: FloatArray, truth: BoolArray, front: BoolArray, camera: ViewCamera) -> float:
+    """Share of the frames whose root is over the true floor, or over floor that something in front
+    hides."""
+    points = np.stack([places[:, 0], np.zeros(len(places)), places[:, 1]], axis=1)
+    pixels = camera.project(points, len(truth))
+    inside = ((pixels >= 0) & (pixels < len(truth))).all(axis=1)
+    at = np.clip(np.nan_to_num(pixels), 0, len(truth) - 1).astype(np.int64)
+    return float((inside & (truth | front)[at[:, 1], at[:, 0]]).mean())
+
+
+def _in_picture(places: FloatArray, camera: ViewCamera, frame: tuple[int, ...], size: int) -> float:
+    """Share of the frames in which the whole person, .6 m wide, is in the picture."""
+    everywhere = np.ones((SIDE, SIDE), bool)
+    return float(standing_room(everywhere, camera, frame, size, _TALL)(places).mean())
 
 
 def main() -> None:
@@ -97,8 +126,10 @@ def main() -> None:
     )
     options = parser.parse_args()
     print(
-        "| room | hole, dB | with shadow, dB | floor, IoU | straight walks on floor and in picture | bent | painting, CPU s |\n|---|---|---|---|---|---|---|"
+        "| room | hole, dB | with shadow, dB | floor, IoU | things in front, IoU "
+        "| straight: on the floor | bent | straight: in the picture | bent | painting, CPU s |"
     )
+    print("|---" * 10 + "|")
     rows, values = [], []
     for number in range(options.rooms):
         case = open_room(number, options.data, options.kept)
@@ -113,7 +144,9 @@ def main() -> None:
         measured = (
             psnr(painted, case.empty, hole),
             psnr(painted, case.empty, changed),
-            *walks(case, painted),
+            *itertools.chain(
+                *((one,) if isinstance(one, float) else one for one in walks(case, painted))
+            ),
             seconds,
         )
         values.append(measured)
@@ -127,20 +160,20 @@ def main() -> None:
                 axis=1,
             )
         )
-    print("| mean | " + " | ".join(_text(np.mean(values, axis=0))) + " |")
+    print("| mean | " + " | ".join(_text(np.nanmean(values, axis=0))) + " |")
     if options.sheet is not None:
         with atomic_path(options.sheet) as temporary:
             PIL.Image.fromarray(np.concatenate(rows)).save(temporary, "jpeg", quality=85)
 
 
 def _text(values: FloatArray | tuple[float, ...]) -> list[str]:
-    hole, changed, floor, plain, bent, seconds = values
+    hole, changed, floor, front, *walked, seconds = values
     return [
         f"{hole:.1f}",
         f"{changed:.1f}",
         f"{floor:.3f}",
-        f"{plain:.0%}",
-        f"{bent:.0%}",
+        "" if np.isnan(front) else f"{front:.2f}",
+        *(f"{share:.0%}" for share in walked),
         f"{seconds:.1f}",
     ]
 

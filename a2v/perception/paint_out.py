@@ -1,4 +1,4 @@
-"""Remove the person from the photo: the background is continued from the surroundings."""
+"""The photo without the person: what stood behind is continued from what is around."""
 
 from __future__ import annotations
 
@@ -6,21 +6,28 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
-from a2v.perception.patch_fill import fill_by_patches
-from a2v.types import BoolArray, ByteArray, FloatArray
+from a2v.perception.behind import fill_by_regions, find_regions, fit_shading
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 SIDE = 800
 """Longest side at which the hole is filled, pixels; the photo's own grain beyond is not
 continued."""
-_SHADOW_SIDE = 200
-"""Longest side at which shadows are searched, pixels."""
+_BLUR = 0.004
+"""Light is compared after smoothing by this, a fraction of the longer side."""
+_THINNEST = 0.008
+"""Half of the narrowest shadow, a fraction of the longer side."""
 _REACH = 0.28
 """Largest distance of a shadow from the person, as a fraction of their height."""
-_LIGHT = (0.3, 0.95)
+_LIGHT = (0.08, 0.95)
 """Range of the share of light in a shadow: darker pixels are things, lighter ones may be noise."""
+_GRAIN = 1.0
+"""A shadow is darker than its surface by at least this many standard deviations of the surface's
+texture."""
+_SHARP = 0.04
+"""Largest sharp shadow, a fraction of the picture."""
 _CONTACT = 0.06
 """Distance from the person, as a fraction of their height, within which a shadow may be darker."""
-_TINT = 0.07
+_TINT = 0.15
 """Largest standard deviation of this share over the three channels, linear RGB: a shadow hardly
 changes the hue."""
 
@@ -29,8 +36,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     """Fill the place of the person, and of the shadow next to them, with pieces of the rest of the
     picture (`fill_by_patches`).
 
-    Pieces keep their structure, so that a horizon or a wall continues behind the person, and take
-    the brightness of their surroundings.
+    Pieces keep their structure, so that a horizon or a wall goes on behind the person, and take the
+    brightness of their surroundings.
 
     Parameters
     ----------
@@ -57,8 +64,7 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     height, width = photo.shape[:2]
     if mask.shape != (height, width):
         raise InputError(
-            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give "
-            "both at one size"
+            f"the mask is {mask.shape[1]} x {mask.shape[0]}, the photo {width} x {height}; give both at one size"
         )
     longest = max(height, width)
     hole = _grown(mask > 0.02, round(border * longest))
@@ -69,71 +75,100 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
             "the person covers more than nine tenths of the photo, so its background is unknown; "
             "choose a color or the stage"
         )
-    hole |= shadow_around(photo, hole)
     colors, missing = _small(photo, hole, SIDE)
-    filled = cv2.cvtColor(fill_by_patches(colors, missing), cv2.COLOR_Lab2RGB)
+    shadow, regions = shadow_around(colors, missing, find_regions(colors, missing))
+    filled = cv2.cvtColor(fill_by_regions(colors, missing, regions, shadow), cv2.COLOR_Lab2RGB)
     behind = cv2.resize(
         np.clip(255 * filled, 0, 255), (width, height), interpolation=cv2.INTER_CUBIC
     )
     # from the hole's rim inwards, so that fine grain does not end in a line
     rim = max(2.0, 0.004 * longest)
+    hole |= cv2.resize(shadow.astype(np.float32), (width, height)) > 0.01
     inward = np.clip(cv2.distanceTransform(hole.astype(np.uint8), cv2.DIST_L2, 5) / rim, 0, 1)[
         ..., None
     ]
     return np.asarray(np.rint(np.clip(photo + inward * (behind - photo), 0, 255)), np.uint8)
 
 
-def shadow_around(photo: ByteArray, hole: BoolArray) -> BoolArray:
-    """The person's shadow: pixels (H, W) next to the `hole` (H, W) that are darker than the
-    surroundings.
+def shadow_around(
+    colors: FloatArray, hole: BoolArray, regions: IntArray
+) -> tuple[BoolArray, IntArray]:
+    """Pixels (H, W) next to the hole that are darker than the shading of their region: the person's
+    shadow. It has hardly another hue, and is joined to the person.
 
-    A wider hole is filled. Where the photo is darker than this filling, of the same hue and joined
-    to the person, there is the shadow.
+    Parameters
+    ----------
+    colors : (H, W, 3) float32
+        CIELAB.
+    hole : (H, W) bool
+        The person.
+    regions : (H, W) int
+        See `a2v.perception.behind.find_regions`.
+
+    Returns
+    -------
+    shadow : (H, W) bool
+    regions : (H, W) int
+        With sharp shadows as parts of the regions on which they fall.
     """
     import cv2
+    from scipy.ndimage import binary_fill_holes
 
-    height, width = hole.shape
-    colors, missing = _small(photo, hole, _SHADOW_SIDE)
-    rows = np.flatnonzero(missing.any(axis=1))
-    reach = _REACH * (rows[-1] - rows[0] + 1)
-    wide = _grown(missing, round(reach))
-    if wide.mean() > 0.9:
-        return np.zeros(hole.shape, bool)
-    expected = fill_by_patches(colors, wide)
-    given = np.where(missing[..., None], expected, colors), expected
-    light = [
-        cv2.GaussianBlur(srgb_to_linear(cv2.cvtColor(lab, cv2.COLOR_Lab2RGB)), (0, 0), 1.0)
-        for lab in given
-    ]
-    share = light[0] / np.maximum(light[1], 1e-3)
+    rows = np.flatnonzero(hole.any(axis=1))
+    tall = rows[-1] - rows[0] + 1
+    wide, near = _grown(hole, round(_REACH * tall)), _grown(hole, round(_CONTACT * tall))
+    regions = _without_shadows(colors, hole, regions, wide)
+    shading = fit_shading(colors, regions, wide, near)
+    blur = max(1.0, _BLUR * max(hole.shape))
+    light, expected = (
+        cv2.GaussianBlur(srgb_to_linear(cv2.cvtColor(lab, cv2.COLOR_Lab2RGB)), (0, 0), blur)
+        for lab in (np.where(hole[..., None], shading, colors), shading)
+    )
+    share = light / np.maximum(expected, 1e-3)
     left = share.mean(axis=-1)
-    near = _grown(missing, round(_CONTACT * (rows[-1] - rows[0] + 1)))
+    least = np.full(left.shape, _LIGHT[1])
+    for label in np.unique(regions[wide]):
+        plain = (regions == label) & ~wide
+        if plain.sum() > 50:
+            least[regions == label] = min(_LIGHT[1], 1 - _GRAIN * float(left[plain].std()))
     dark = (
-        wide
-        & ~missing
-        & ((left > _LIGHT[0]) | near)
-        & (left < _LIGHT[1])
-        & (share.std(axis=-1) < _TINT)
+        wide & ~hole & ((left > _LIGHT[0]) | near) & (left < least) & (share.std(axis=-1) < _TINT)
     )
-    dark = cv2.morphologyEx(
-        dark.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)
-    ).astype(bool)
-    _, names = cv2.connectedComponents((dark | missing).astype(np.uint8))
-    dark = dark | (
-        cv2.morphologyEx(
-            (dark | missing).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)
-        ).astype(bool)
-        & ~missing
-        & near
-    )
-    joined = dark & np.isin(names, np.unique(names[missing]))
-    large = (
-        cv2.resize(
-            _grown(joined, 2).astype(np.float32), (width, height), interpolation=cv2.INTER_LINEAR
-        )
-        > 0.5
-    )
-    return np.asarray(large & ~hole)
+    size = 2 * round(_THINNEST * max(hole.shape)) + 1
+    square = np.ones((size, size), np.uint8)
+    joined = cv2.morphologyEx((dark | hole).astype(np.uint8), cv2.MORPH_OPEN, square)
+    _, names = cv2.connectedComponents(((joined > 0) | hole).astype(np.uint8))
+    found = np.isin(names, np.unique(names[hole])) & (joined > 0)
+    closed = cv2.morphologyEx((found | hole).astype(np.uint8), cv2.MORPH_CLOSE, square) > 0
+    grown = _grown(binary_fill_holes(closed), round(blur))
+    return np.asarray(grown & ~hole & wide), regions
+
+
+def _without_shadows(
+    colors: FloatArray, hole: BoolArray, regions: IntArray, wide: BoolArray
+) -> IntArray:
+    """The regions, those that a sharp shadow of the person makes joined with the region beside them
+    that has the same color in more light."""
+    import cv2
+
+    light = srgb_to_linear(cv2.cvtColor(colors, cv2.COLOR_Lab2RGB))
+    square = np.ones((5, 5), np.uint8)
+    beside = cv2.dilate(hole.astype(np.uint8), square).astype(bool) & ~hole
+    result = regions.copy()
+    for name in np.unique(regions[beside]):
+        own = (regions == name) & ~hole
+        if own.mean() > _SHARP or wide[own].mean() < 0.9:
+            continue
+        rim = cv2.dilate(own.astype(np.uint8), square).astype(bool) & ~own & ~hole
+        for other in np.unique(regions[rim]):
+            lit = (regions == other) & ~hole & wide
+            if not lit.any():
+                continue
+            share = light[own].mean(axis=0) / np.maximum(light[lit].mean(axis=0), 1e-3)
+            if _LIGHT[0] < share.mean() < _LIGHT[1] and share.std() < _TINT * share.mean():
+                result[regions == name] = other
+                break
+    return result
 
 
 def _small(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:

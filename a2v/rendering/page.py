@@ -8,8 +8,10 @@ trimesh, which carries them for its own notebooks (MIT license, its notice stays
 from __future__ import annotations
 
 import base64
+import csv
 import functools
 import html
+import json
 import os
 import re
 import tempfile
@@ -119,13 +121,30 @@ _PLAYER = b"controls loop muted autoplay playsinline"
 def _template() -> tuple[tuple[str | None, bytes], ...]:
     """The page without its contents: pieces of text, and between them names of what goes there."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
-    words = re.split(r"\$(title|video|layout|glb|viewer|stage)\b", text)
+    words = re.split(r"\$(title|video|layout|glb|viewer|stage|speech|visemes)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
-    scripts = {"viewer": viewer_script(), "stage": stage_script()}
+    scripts = {
+        "viewer": viewer_script(),
+        "stage": stage_script(),
+        "speech": Path(__file__).with_name("speech.js").read_text(encoding="utf-8"),
+        "visemes": json.dumps(_visemes()),
+    }
     return tuple(
         (None, scripts[name].encode()) if name in scripts else (name, piece)
         for name, piece in pieces
     )
+
+
+def _visemes() -> dict[str, dict[str, float]]:
+    """Shapes of the face of each viseme, by the table of `a2v.animation.visemes`."""
+    path = Path(__file__).parents[1] / "animation" / "visemes.csv"
+    with open(path, encoding="utf-8", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["vrchat"]]
+    words = {row["viseme"]: row["shapes"].split() for row in rows}
+    return {
+        name: dict(zip(some[::2], map(float, some[1::2]), strict=True))
+        for name, some in words.items()
+    }
 
 
 def write_character_page(

@@ -15,7 +15,7 @@ from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.renderer import Renderer
 from a2v.rendering.scene import LookSettings
-from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
+from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 _DARKEST = 0.3
 """Least light that colors are divided by."""
@@ -50,6 +50,10 @@ class Place(Record):
     light : (V, 3) float32
         What these lights give the person's vertices in the photo's pose, irradiance over pi:
         `without_light` takes it out of the colors.
+    floor : (h, h) bool
+        Where `picture` shows the floor on which the person stood.
+    things : (h, h) float32
+        How far away the thing at each pixel stands, meters (`a2v.rendering.occluders`).
     """
 
     picture: ByteArray
@@ -58,9 +62,14 @@ class Place(Record):
     look: LookSettings
     frame: tuple[int, ...]
     light: FloatArray
+    floor: BoolArray
+    things: FloatArray
 
     def __post_init__(self) -> None:
         self._check("picture", ("S", "S", 3))
+        square: dict[str, int] = {}
+        self._check("floor", ("h", "h"), square)
+        self._check("things", ("h", "h"), square)
         sizes: dict[str, int] = {}
         self._check("light", ("V", 3), sizes)
         self._check("moved", ("V", 3), sizes)

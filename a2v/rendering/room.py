@@ -11,12 +11,20 @@ import numpy as np
 from a2v.geometry.steps import smoothstep
 from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
-from a2v.types import BoolArray, ByteArray, FloatArray
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
-_SIDE = 240
+SIDE = 240
 """Side of the picture in which the floor is looked for, pixels."""
 _STOOD = 0.4
 """The ground so far around the feet in the photo is floor, meters."""
+_MOST = 0.5
+"""Smallest share of the ground around the feet that one region has to take."""
+_GROUND = 0.85
+"""Smallest share of a region of the floor that lies below the horizon and near enough."""
+_ALIKE = np.array([20.0, 7.0, 14.0])
+"""Largest differences of the mean color of two regions of one floor, CIELAB."""
+_SPREADS = 4
+"""Number of steps from region to region."""
 _AROUND = 1.0
 """The ground so far around them is floor unless its colors say otherwise, meters; what is farther
 is none unless they do."""
@@ -88,7 +96,9 @@ class Detour:
         return [Spot(turn=turn, root=tuple(root), place=tuple(place)) for turn, root, place in rows]
 
 
-def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> BoolArray:
+def find_floor(
+    picture: ByteArray, camera: ViewCamera, stood: FloatArray, regions: IntArray | None = None
+) -> BoolArray:
     """Pixels of a picture without the person that show the floor on which they stood.
 
     What lies above the horizon cannot be ground; the ground around the feet is. Between the two
@@ -101,6 +111,9 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
         Of the picture.
     stood : (2,)
         Where the person stood, x and z, meters, world.
+    regions : (h, h) int, optional
+        Regions of one color of the picture: the floor is the one around the feet and those of its
+        color beside it. Colors alone decide where that one reaches up the wall.
 
     Returns
     -------
@@ -109,7 +122,7 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
     """
     import cv2
 
-    side = min(_SIDE, len(picture))
+    side = min(SIDE, len(picture))
     small = cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
     ground, below = ground_under(camera, side)
     near = below & (np.linalg.norm(ground - stood, axis=-1) < _STOOD)
@@ -119,6 +132,10 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
     labels[near] = cv2.GC_FGD
     if not near.any() or below.all():
         return below
+    if regions is not None:
+        found = _floor_regions(small, regions, near, below)
+        if found is not None:
+            return found
     cv2.setRNGSeed(0)
     colors = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1.0), cv2.COLOR_RGB2Lab)
     cv2.grabCut(
@@ -133,6 +150,39 @@ def find_floor(picture: ByteArray, camera: ViewCamera, stood: FloatArray) -> Boo
     _, names = cv2.connectedComponents(floor)
     joined = np.unique(names[near & (floor > 0)])
     return np.asarray((floor > 0) & np.isin(names, joined[joined > 0]))
+
+
+def _floor_regions(
+    picture: ByteArray, regions: IntArray, near: BoolArray, below: BoolArray
+) -> BoolArray | None:
+    """The floor (h, h) as the region around the feet and those of its color that touch it; None if
+    that region is not ground alone, or is not clearly the one around the feet."""
+    import cv2
+
+    side = len(near)
+    names = cv2.resize(regions.astype(np.float32), (side, side), interpolation=cv2.INTER_NEAREST)
+    names = names.astype(np.int32)
+    colors = cv2.cvtColor(picture.astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
+    main = int(np.bincount(names[near]).argmax())
+    own = names == main
+    if own[near].mean() < _MOST or below[own].mean() < _GROUND:
+        return None
+    floor = own
+    for _ in range(_SPREADS):
+        rim = cv2.dilate(floor.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & ~floor
+        joined = floor
+        for name in np.unique(names[rim]):
+            part = names == name
+            off = np.abs(colors[part].mean(axis=0) - colors[own].mean(axis=0))
+            if (off < _ALIKE).all() and below[part].mean() > _GROUND:
+                joined = joined | part
+        if (joined == floor).all():
+            break
+        floor = joined
+    closed = cv2.morphologyEx(
+        np.asarray(floor & below, np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)
+    )
+    return np.asarray(closed > 0)
 
 
 def ground_under(camera: ViewCamera, side: int) -> tuple[FloatArray, BoolArray]:

@@ -61,15 +61,15 @@ function makeStage(element, home) {
     show() { new ResizeObserver(resize).observe(element); element.replaceChildren(renderer.domElement); resize(); },
     // stand so far away that somebody who reaches so far from the middle is seen whole
     fit(reach) { home.distance = view.distance = 1.15 * reach / Math.sin(camera.fov * Math.PI / 360); },
-    // draw; `share` of the way to where the person is goes the camera
-    draw(where, share) {
+    // draw; the camera goes `share` of the way to where the person is, or looks at the face at `head`
+    draw(where, share, head = null) {
       center.x += (where.x - center.x) * share;
       center.z += (where.z - center.z) * share;
       const a = view.azimuth * Math.PI / 180, e = view.elevation * Math.PI / 180;
       const wide = Math.max(1, 1 / camera.aspect);
-      camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(view.distance * wide).add(center);
+      camera.position.set(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)).multiplyScalar(view.distance * wide * (head ? 0.22 : 1)).add(head || center);
       camera.position.y = Math.max(camera.position.y, 0.05);
-      camera.lookAt(center);
+      camera.lookAt(head || center);
       sun.target.position.set(center.x, 0.9, center.z);
       sun.position.set(center.x + 1.9, 4.9, center.z + 2.8);
       renderer.render(scene, camera);

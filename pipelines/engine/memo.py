@@ -205,9 +205,11 @@ def plain(value: Any) -> Any:
 
 
 def refs_within(value: Any) -> Iterator[Ref[Any]]:
-    """Every ref in what `plain` takes apart."""
+    """Every ref in what `plain` takes apart; of a file the one that a value of its content has."""
     if isinstance(value, Ref):
         yield value
+    elif isinstance(value, File):
+        yield Ref(value.digest)
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
         for item in dataclasses.fields(value):
             yield from refs_within(getattr(value, item.name))

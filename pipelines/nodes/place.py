@@ -39,8 +39,11 @@ def place(
     from a2v.animation.entrance import photo_to_world
     from a2v.body.parts import PARTS
     from a2v.perception import decode_photo
+    from a2v.perception.behind import regions_of
     from a2v.perception.paint_out import in_photo, paint_out
+    from a2v.rendering.occluders import find_things
     from a2v.rendering.place import estimate_light, exposed, light_on, square
+    from a2v.rendering.room import SIDE, find_floor
     from a2v.rendering.viewpoint import find_viewpoint, perspective_camera, soles_slope
 
     person, found, camera = (
@@ -64,12 +67,25 @@ def place(
     taken_by, moved = perspective_camera(found, camera.flat, flat, offset, viewpoint)
     moved += flat - surface.vertices
     vertices = surface.vertices + offset.astype(np.float32) + moved
+    stood = vertices[np.logical_or(*feet)][:, [0, 2]].mean(axis=0)
+    regions = regions_of(picture, min(SIDE, len(picture)))
+    floor = find_floor(picture, taken_by, stood, regions)
+    things = find_things(floor, regions, taken_by)
     trial = dataclasses.replace(get(frame_settings, RenderSettings), size=_TRIAL, aspect="1:1")
     look = estimate_light(surface)
     look = exposed(look, 1 / light_on(surface, vertices, taken_by, look, trial).mean(axis=0))
     light = light_on(surface, vertices, taken_by, look, dataclasses.replace(trial, size=2 * _TRIAL))
     return put(
-        Place(picture=picture, camera=taken_by, moved=moved, look=look, frame=frame, light=light)
+        Place(
+            picture=picture,
+            camera=taken_by,
+            moved=moved,
+            look=look,
+            frame=frame,
+            light=light,
+            floor=floor,
+            things=things,
+        )
     )
 
 
@@ -79,13 +95,12 @@ def spot(
 ) -> list[Ref[Spot]]:
     """Where each frame stands in the photo's place: the clip's way is turned and bent so that it
     stays on the floor and in the picture."""
-    from a2v.rendering.room import find_detour, find_floor, standing_room
+    from a2v.rendering.room import find_detour, standing_room
 
     moves, where = get(poses, Poses), get(place, Place)
     roots = moves.bone_transforms[:, 0, :3, 3][:, [0, 2]]
-    floor = find_floor(where.picture, where.camera, roots[0])
     tall = float(np.ptp(get(body, Body).vertices[:, 1]))
-    allowed = standing_room(floor, where.camera, where.frame, len(where.picture), tall)
+    allowed = standing_room(where.floor, where.camera, where.frame, len(where.picture), tall)
     found = find_detour(roots, allowed, fps=moves.fps, entering=retarget.from_photo)
     measure({"on_floor_and_in_picture": found.share})
     if found.share < _STAYS:
@@ -104,8 +119,9 @@ def photo_frame(
     place: Ref[Place],
     frame_settings: Ref[RenderSettings],
 ) -> Ref[Image]:
-    """Render one frame in the photo's place."""
+    """Render one frame in the photo's place: what stands nearer to the camera hides the person."""
     from a2v.animation.entrance import photo_to_world
+    from a2v.rendering.occluders import behind_things
     from a2v.rendering.viewpoint import as_seen
 
     renderer, where = (
@@ -115,8 +131,12 @@ def photo_frame(
     start = get(shaded_surface, Surface).vertices + photo_to_world(get(body, Body)).astype(
         np.float32
     )
-    shown = get(spot, Spot).moved(get(vertices, Vertices).vertices)
-    return put(Image.of(renderer.render(as_seen(shown, start, where.moved), where.camera)))
+    stands = get(spot, Spot)
+    shown = stands.moved(get(vertices, Vertices).vertices)
+    picture = renderer.render(as_seen(shown, start, where.moved), where.camera)
+    toward = np.array(stands.place) - (where.camera.origin[0], where.camera.origin[2])
+    distance = float(np.linalg.norm(toward))
+    return put(Image.of(behind_things(picture, where.picture, where.things, distance)))
 
 
 @functools.lru_cache(maxsize=1)

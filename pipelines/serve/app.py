@@ -29,7 +29,7 @@ from a2v.sessions import WEIGHTS
 from pipelines.requests.person import corrections_of
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
-from pipelines.serve.edge import MAX_UPLOAD, read_json, save_photo, title
+from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, read_json, save_photo, title
 from pipelines.serve.guard import Guard
 from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
 from pipelines.serve.stages import STAGES
@@ -41,6 +41,8 @@ MAX_ARRIVING = 32
 """Photos that may be on their way at once."""
 EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
 """Formats of characters that the page offers."""
+CLIPS = (".mp4", ".webm", ".mov", ".m4v")
+"""Suffixes of videos that the page takes."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
@@ -123,6 +125,8 @@ class Handlers:
             Route("/api/photos/{id}/outline", self.outline, methods=post),
             Route("/api/photos/{id}/more", self.take_more, methods=post),
             Route("/api/photos/{id}/more", self.remove_more, methods=delete),
+            Route("/api/photos/{id}/clip", self.take_clip, methods=post),
+            Route("/api/photos/{id}/clip", self.remove_clip, methods=delete),
             Route("/api/jobs/{id}/export", self.export, methods=post),
             Route("/api/damaged", self.remove_damaged, methods=delete),
             Route("/api/jobs", self.take_job, methods=post),
@@ -149,7 +153,13 @@ class Handlers:
         """What may be chosen."""
         return Told(
             await self._desk.threads.do(choices)
-            | {"upload": MAX_UPLOAD, "rigs": RIGS, "formats": EXPORTS, "limbs": list(LIMB_BONES)}
+            | {
+                "upload": MAX_UPLOAD,
+                "clip": MAX_CLIP,
+                "rigs": RIGS,
+                "formats": EXPORTS,
+                "limbs": list(LIMB_BONES),
+            }
         )
 
     async def state(self, request: Request) -> Response:
@@ -284,6 +294,25 @@ class Handlers:
         await self._desk.remove_more(self._photo(request))
         return Told({})
 
+    async def take_clip(self, request: Request) -> Response:
+        """A video whose motion the person takes over."""
+        photo, name = self._photo(request), request.query_params.get("name", "")
+        suffix = Path(name).suffix.lower()
+        if suffix not in CLIPS:
+            raise InputError(f"this is no video by its name; expected {', '.join(CLIPS)}")
+        folder = self._library.arriving()
+        try:
+            await save_photo(request, folder / ORIGINAL, MAX_CLIP, "video")
+            await self._desk.add_clip(photo, folder, suffix, title(name))
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+        return Told(_public(photo), status_code=201)
+
+    async def remove_clip(self, request: Request) -> Response:
+        """The video with the motion goes."""
+        await self._desk.remove_clip(self._photo(request))
+        return Told({})
+
     async def export(self, request: Request) -> Response:
         """A finished character for another tool."""
         said, job = await read_json(request), self._job(request)
@@ -307,8 +336,11 @@ class Handlers:
         if photo is None:
             raise InputError("this photo is not here any more; choose another")
         wish = Wish.of(said.get("wish"))
-        await self._desk.threads.do(understood, wish.model, wish.action)
-        await self._desk.threads.do(wish.check_path)
+        if wish.clip and not photo.clip:
+            raise InputError("there is no video with a motion for this person; send one first")
+        if not wish.clip:
+            await self._desk.threads.do(understood, wish.model, wish.action)
+            await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
         return Told(_public(job), status_code=201)
@@ -382,7 +414,8 @@ def _public(item: Photo | Job) -> dict[str, Any]:
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
         facts["wish"] = item.wish.said()
-    facts.pop("digest", None)
+    for name in ("digest", "clip_digest"):
+        facts.pop(name, None)
     return facts
 
 

@@ -28,7 +28,7 @@ from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed
 from pipelines.serve.records import SHOWN, Job, Library, Photo
-from pipelines.serve.talk import CORRECTIONS, ORIGINAL
+from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
@@ -166,6 +166,45 @@ class Desk:
         self.library.keep(photo)
         await self._forget(gone)
 
+    async def add_clip(self, photo: Photo, folder: Path, suffix: str, title: str) -> None:
+        """Take in the video that has arrived in `folder` as a motion for the person in `photo`; it
+        replaces an earlier one.
+
+        Raises
+        ------
+        InputError
+            It is no video, or too large or too long, or the earlier one is in use.
+        """
+        task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        if photo.id not in self.library.photos:
+            raise InputError("this photo was removed; choose another")
+        if photo.clip:
+            await self.remove_clip(photo)
+        (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
+        photo.clip, photo.clip_title = suffix, title[:80] or "video"
+        photo.clip_seconds = float(answer["done"]["seconds"])
+        photo.clip_digest = answer["done"]["digest"]
+        self.library.keep(photo)
+
+    async def remove_clip(self, photo: Photo) -> None:
+        """Remove the video with the motion for a person, and what is remembered of it.
+
+        Raises
+        ------
+        InputError
+            A video that takes its motion over is still to be made.
+        """
+        if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
+            raise InputError("this video is in use; cancel what is being made of it first")
+        (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
+        gone = photo.clip_digest
+        photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""
+        self.library.keep(photo)
+        await self._forget([gone])
+
     def correct(self, photo: Photo, corrections: Corrections) -> None:
         """Keep what the user has corrected, and look at the photo again with it.
 
@@ -241,8 +280,9 @@ class Desk:
         own = self.library.place(photo)
         more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
         corrections = str(own / CORRECTIONS) if photo.corrected else None
+        clip = str(own / f"{CLIP}{photo.clip}") if job.wish.clip and photo.clip else None
         return {
-            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL), "corrections": corrections, "more": more,
+            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL), "corrections": corrections, "more": more, "clip": clip,
             "cache": self._cache, "wish": job.wish.said(),
         }  # fmt: skip
 
@@ -287,7 +327,7 @@ class Desk:
         ):  # another may be asked for while one is being stopped
             await self.cancel(job)
         if isinstance(item, Photo):
-            for digest in (item.digest, *item.more):
+            for digest in _digests(item):
                 self._owed.add(digest)
         removed = jobs()
         folders = self.library.remove(item)
@@ -302,11 +342,7 @@ class Desk:
         if isinstance(item, Photo) and self._looking is None and not self._served:
             await self._looker.stop()  # it may hold what was seen of the photo
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
-        return (
-            await self._forget([item.digest, *item.more])
-            if isinstance(item, Photo)
-            else Forgotten()
-        )
+        return await self._forget(_digests(item)) if isinstance(item, Photo) else Forgotten()
 
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
@@ -316,12 +352,7 @@ class Desk:
         """Remove what the store remembers of photos, unless they are here a second time, and what
         belongs to nobody."""
         async with self._forgetting:
-            stays = {
-                digest
-                for one in self.library.photos.values()
-                for digest in (one.digest, *one.more)
-                if digest
-            }
+            stays = {digest for one in self.library.photos.values() for digest in _digests(one)}
             gone, keep = (
                 [Ref[Any](digest) for digest in some if digest]
                 for some in (set(digests) - stays, stays)
@@ -457,6 +488,11 @@ class Desk:
                 json.dumps({name: round(value, 4) for name, value in mixed.items()}),
                 encoding="utf-8",
             )
+
+
+def _digests(photo: Photo) -> list[str]:
+    """Of the values of the store that are made of a person's files."""
+    return [digest for digest in (photo.digest, *photo.more, photo.clip_digest) if digest]
 
 
 def _delete(folders: Iterable[Path]) -> None:

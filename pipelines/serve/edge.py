@@ -17,8 +17,9 @@ from a2v.errors import InputError
 from a2v.io import parse_json
 
 MAX_UPLOAD = 40 << 20
+MAX_CLIP = 200 << 20
 MAX_WORDS = 1 << 16
-"""Bytes of a photo, and of any other request."""
+"""Bytes of a photo, of a video and of any other request."""
 MAX_LEVELS = 16
 """Of objects and lists inside each other."""
 BODY_SECONDS = 30.0
@@ -82,9 +83,11 @@ async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, An
     return found
 
 
-async def save_photo(request: Request, path: Path) -> None:
-    """Write the photo that a request holds to `path`, a part at a time; nothing is left where it
-    fails.
+async def save_photo(
+    request: Request, path: Path, limit: int = MAX_UPLOAD, what: str = "photo"
+) -> None:
+    """Write the photo or the video that a request holds to `path`, a part at a time. If it fails,
+    nothing is left.
 
     Raises
     ------
@@ -97,16 +100,16 @@ async def save_photo(request: Request, path: Path) -> None:
         with path.open("xb") as stream:
             async for part in _parts(
                 request,
-                MAX_UPLOAD,
-                f"this is larger than {MAX_UPLOAD >> 20} MB; send a smaller photo",
+                limit,
+                f"this is larger than {limit >> 20} MB; send a smaller {what}",
             ):
                 stream.write(part)
         if not path.stat().st_size:
-            raise InputError("this file is empty; choose a JPEG, PNG or WebP photo")
+            raise InputError(f"this file is empty; choose another {what}")
     except OSError as error:
         path.unlink(missing_ok=True)
         raise InputError(
-            f"the photo cannot be kept: {error.strerror}; free some space and send it again"
+            f"the {what} cannot be kept: {error.strerror}; free some space and send it again"
         ) from error
     except BaseException:
         path.unlink(missing_ok=True)

@@ -3,10 +3,12 @@ than it needs."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.system import bound_memory
 from pipelines.serve.talk import Tell, answer
@@ -46,6 +48,37 @@ def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     }
 
 
+def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
+    """Read the head and the first frame of the video "file" that came in.
+
+    Returns
+    -------
+    dict
+        "seconds" by the file, 0 if it does not say, and "digest" by which the store names it.
+
+    Raises
+    ------
+    InputError
+        It is no video that can be read, or too large, too small or too long.
+    """
+    from a2v.footage.reading import open_reel
+    from a2v.footage.settings import LONGEST
+    from pipelines.engine.store import File
+
+    _bound_memory()
+    try:
+        with open_reel(task["file"]) as reel:
+            seconds = reel.seconds
+    except InputError as error:  # the decoder's own words name our file
+        said = re.sub(r" \(\[Errno.*?\)", "", str(error))
+        raise InputError(said.replace(str(task["file"]), "this file")) from None
+    if seconds > LONGEST:
+        raise InputError(
+            f"this video is {seconds:.0f} s long; expected at most {LONGEST:.0f} s, cut it first"
+        )
+    return {"seconds": round(seconds, 2), "digest": File.of(task["file"]).digest}
+
+
 def _bound_memory() -> None:
     """Let this process have so much and no more: what a photo of strangers may need to be
     decoded."""
@@ -53,5 +86,5 @@ def _bound_memory() -> None:
 
 
 def main() -> None:
-    """Open photos until standard input ends."""
-    answer(open_photo)
+    """Open photos and videos until standard input ends."""
+    answer(lambda task, tell: (open_clip if task["task"] == "clip" else open_photo)(task, tell))

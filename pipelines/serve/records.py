@@ -61,6 +61,8 @@ class Photo:
     corrected : whether the user has corrected what was seen
     looks : how often it was looked at, so that a browser knows an old outline
     more : digests of further photos of the same person, ``more-1`` and so on in its folder
+    clip : suffix of the video whose motion the person can take over, ``clip`` with it in its folder
+    clip_title, clip_seconds, clip_digest : its name, its length and its digest in the store
     """
 
     id: str
@@ -78,6 +80,10 @@ class Photo:
     corrected: bool = False
     looks: int = 0
     more: list[str] = field(default_factory=list)
+    clip: str = ""
+    clip_title: str = ""
+    clip_seconds: float = 0.0
+    clip_digest: str = ""
 
     FOLDER, FILE = "photos", "photo.json"
     STATES = ("looking", "ready", "unusable")

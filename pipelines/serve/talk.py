@@ -23,6 +23,9 @@ ORIGINAL = "original"
 CORRECTIONS = "me.yaml"
 """What the user has corrected of it, beside it."""
 
+CLIP = "clip"
+"""A video whose motion the person takes over, beside it; its suffix follows."""
+
 Tell = Callable[[Mapping[str, object]], None]
 Work = Callable[[Mapping[str, Any], Tell], "dict[str, object] | None"]
 """Does a task; what it returns is its answer, and None where nobody waits for one."""

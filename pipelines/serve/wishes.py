@@ -65,6 +65,8 @@ class Wish:
     camera : "follow" or "still"
     path : str
         Points ``x,z x,z ...`` on the ground to go along, meters; empty for none.
+    clip : bool
+        The motion is that of the video that was sent for the person; `action` is only its name.
     """
 
     action: str
@@ -80,6 +82,7 @@ class Wish:
     aspect: str = ASPECTS[0]
     camera: str = FOLLOW
     path: str = ""
+    clip: bool = False
 
     def __post_init__(self) -> None:
         if (
@@ -114,6 +117,12 @@ class Wish:
         ):
             raise InputError(
                 f"background is {brief(self.background)}; expected stage, transparent, photo or a color such as #30506f"
+            )
+        if not isinstance(self.clip, bool):
+            raise InputError(f"clip is {brief(self.clip)}; expected true or false")
+        if self.clip and self.path:
+            raise InputError(
+                "a path is given with a video's motion, which goes where it went; clear the path"
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
@@ -163,11 +172,17 @@ class Wish:
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
 
     def request(
-        self, photo: str, corrections: str | None = None, more: Sequence[str] = ()
+        self,
+        photo: str,
+        corrections: str | None = None,
+        more: Sequence[str] = (),
+        clip: str | None = None,
     ) -> VideoRequest:
         """The video that it stands for, of a photo's file, those of its corrections and of further
-        photos of the person."""
+        photos of the person, and of the video with the motion."""
         said = self.said() | {"path": self.path or None}
+        if said.pop("clip"):
+            said = {**said, "motion": clip, "model": AUTO, "seed": 0}
         return VideoRequest.of(
             photo=photo, corrections=corrections, more=",".join(more) or None, **said
         )

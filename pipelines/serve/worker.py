@@ -223,7 +223,8 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 
     early = {**pictures(folder, show), "glb": move}
     running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear, early=early)
-    make(wish.request(task["photo"], task["corrections"], task["more"]), str(folder), running)
+    request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
+    make(request, str(folder), running)
     outcome = running.outcomes[-1]
     spent = {
         name: stats.span[1] - stats.span[0]
@@ -254,7 +255,7 @@ def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
         "files" with their bytes.
     """
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
-    request = wish.request(task["photo"], task["corrections"], task["more"])
+    request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
     target = folder / "exports" / f"{task['rig']}{task['format']}"
     running = Watched(cache=task["cache"], quiet=True)
     paths = write(request, wish.action, target, str(task["rig"]), running)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.perception.behind import find_regions
 from a2v.perception.paint_out import paint_out, shadow_around
 from a2v.perception.patch_fill import fill_by_patches
 from a2v.types import BoolArray, ByteArray
@@ -60,13 +61,16 @@ def test_what_is_known_stays_and_seeds_repeat() -> None:
 
 
 def test_a_shadow_next_to_the_person_is_found_and_a_darker_thing_is_not() -> None:
+    import cv2
+
     photo, mask = room().astype(float), person()
     rows, columns = np.indices(mask.shape)
     shade = ((columns - 130) / 28.0) ** 2 + ((rows - 128) / 10.0) ** 2 < 1
     thing = (rows > 40) & (rows < 80) & (columns > 124) & (columns < 140)
     photo[shade] *= 0.6
     photo[thing] = (20, 30, 120)
-    found = shadow_around(photo.astype(np.uint8), mask)
+    colors = cv2.cvtColor(photo.astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
+    found, _ = shadow_around(colors, mask, find_regions(colors, mask))
     visible = shade & ~mask
     assert found[visible].mean() > 0.7
     assert found[thing].mean() < 0.2

@@ -1,5 +1,6 @@
 // The page: what is on it is what the server says, asked for again and again; no text of others becomes markup.
 import { Camera } from "./camera.js";
+import { Clip } from "./clip.js";
 import { Corrector } from "./correct.js";
 import { Gallery, loadFigures } from "./gallery.js";
 import { Ground } from "./ground.js";
@@ -80,6 +81,7 @@ function showPhoto(photo) {
   byId("further").hidden = !seen;
   byId("more-photos").replaceChildren(...photo.more.map((digest, index) => make("img", { src: `photos/${photo.id}/more-${index + 1}.jpg?${digest}`, alt: `further photo ${index + 1}` })));
   byId("less").hidden = !photo.more.length;
+  clip.show(photo);
   byId("look-again").hidden = photo.status !== "unusable";
   document.querySelectorAll("#layers-row .check").forEach(label => { label.hidden = !seen; });
   const sure = photo.landmarks.filter(point => point[2] > 0.5).length;
@@ -157,6 +159,7 @@ byId("more-file").onchange = async () => {
   poll();
 };
 byId("less").onclick = () => ask(`api/photos/${chosen}/more`, { method: "DELETE" }).catch(error => say(byId("photo-problem"), error.message)).then(poll);
+const clip = new Clip(() => photoOf(chosen), () => choices, () => poll());
 const ground = new Ground();
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
@@ -230,13 +233,13 @@ byId("maker").onsubmit = async event => {
   const problem = byId("make-problem"), photo = photoOf(chosen), number = name => Number(byId(name).value);
   say(problem, "");
   if (!photo) { say(problem, "Choose a photo first."); file.focus(); return; }
-  if (!action.value.trim()) { say(problem, "Say what to do first."); action.focus(); return; }
+  if (!action.value.trim() && !clip.used) { say(problem, "Say what to do first."); action.focus(); return; }
   const views = [...document.querySelectorAll("#views input:checked")].map(box => box.value);
   const background = byId("background").value;
   const wish = {
-    action: action.value.trim(), model: model.value, seconds: number("seconds"), fps: number("fps"), seed: number("seed"),
+    action: clip.used ? photo.clip_title : action.value.trim(), clip: clip.used, model: model.value, seconds: number("seconds"), fps: number("fps"), seed: number("seed"),
     views, size: number("size"), spp: number("spp"), background: background === "color" ? byId("color").value : background,
-    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value, path: ground.value,
+    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value, path: clip.used ? "" : ground.value,
   };
   byId("make").disabled = true;
   try {

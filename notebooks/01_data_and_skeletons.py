@@ -106,7 +106,7 @@ with tempfile.TemporaryDirectory() as folder:
 
 # %% [markdown]
 # ## World and native frame
-# a2v works in metres with y up and the person facing +z. The published files have other frames and
+# a2v works in meters with y up and the person facing +z. The published files have other frames and
 # units, which the published classifiers expect. `data.frame` is the conversion.
 
 # %%

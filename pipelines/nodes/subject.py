@@ -10,7 +10,6 @@ from a2v.types import Subject
 from pipelines.engine.memo import memo, note
 from pipelines.engine.store import Ref, get, put
 from pipelines.nodes.values import Blob
-from pipelines.preload import preload
 
 
 @memo()
@@ -40,7 +39,6 @@ def found_in(
     name = photo.source or "the photo"
     data = bytes(get(photo, Blob))
     pixels = decode_photo(data, name)
-    preload()
     given_mask = (
         None if mask is None else decode_mask(bytes(get(mask, Blob)), mask.source or "the mask")
     )

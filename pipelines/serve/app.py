@@ -6,9 +6,7 @@ import asyncio
 import contextlib
 import dataclasses
 import functools
-import json
 import shutil
-import stat
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.animation import RIGS
@@ -27,6 +25,7 @@ from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
 from a2v.sessions import WEIGHTS
 from pipelines.requests.person import corrections_of
+from pipelines.serve.answers import PAGE, Told, failed, file_answer, public, refused
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, read_json, save_photo, title
@@ -44,19 +43,6 @@ EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
 CLIPS = (".mp4", ".webm", ".mov", ".m4v")
 """Suffixes of videos that the page takes."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
-PAGE = Path(__file__).parent / "page"
-_TYPES = {
-    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png", ".webp": "image/webp",
-    ".mp4": "video/mp4", ".glb": "model/gltf-binary", ".json": "application/json",
-}  # fmt: skip
-_ALONE = {
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src data:; "
-        "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
-    )
-}
-"""Of pages of one file, which hold their scripts: they get an origin of their own and reach
-nothing."""
 
 
 def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
@@ -70,29 +56,10 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
         yield
         await desk.close()
 
-    handlers = {A2VError: _told, HTTPException: _status}
+    handlers = {A2VError: failed, HTTPException: refused}
     return Guard(
         Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token
     )
-
-
-class Told(Response):
-    """JSON in ASCII: there is no text that it cannot write."""
-
-    media_type = "application/json"
-
-    def render(self, content: Any) -> bytes:
-        """The bytes of a value."""
-        return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
-
-
-async def _told(request: Request, error: Exception) -> Response:
-    return Told({"problem": printable(str(error))}, status_code=400)
-
-
-async def _status(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    return Told({"problem": error.detail}, status_code=error.status_code)
 
 
 class Handlers:
@@ -140,14 +107,14 @@ class Handlers:
 
     async def page(self, request: Request) -> Response:
         """The page itself."""
-        return _file(PAGE / "index.html", PAGE)
+        return file_answer(PAGE / "index.html", PAGE)
 
     async def asset(self, request: Request) -> Response:
         """Style, script and icon of the page."""
         name = request.path_params["name"]
         if name not in {path.name for path in PAGE.iterdir()}:
             raise HTTPException(404, "there is no such file")
-        return _file(PAGE / name, PAGE)
+        return file_answer(PAGE / name, PAGE)
 
     async def choices(self, request: Request) -> Response:
         """What may be chosen."""
@@ -164,7 +131,7 @@ class Handlers:
 
     async def state(self, request: Request) -> Response:
         """Photos and jobs as they are."""
-        photos = [_public(photo) for photo in self._library.photos.values()]
+        photos = [public(photo) for photo in self._library.photos.values()]
         waiting = [
             job.id
             for job in sorted(self._library.jobs.values(), key=lambda one: one.created)
@@ -173,9 +140,7 @@ class Handlers:
         jobs = []
         for job in self._library.jobs.values():
             place = waiting.index(job.id) + 1 if job.id in waiting else 0
-            jobs.append(
-                _public(job) | {"progress": self._desk.progress.get(job.id), "place": place}
-            )
+            jobs.append(public(job) | {"progress": self._desk.progress.get(job.id), "place": place})
         return Told(
             {
                 "photos": photos,
@@ -233,7 +198,8 @@ class Handlers:
         try:
             folder = self._library.arriving()
             await save(folder / ORIGINAL)
-            photo = await self._desk.open_photo(folder, name)
+            photo = await self._desk.arrivals.open_photo(folder, name)
+            self._desk.wake()
         finally:
             self._arriving -= 1
             if folder is not None:
@@ -241,7 +207,7 @@ class Handlers:
         warming = asyncio.create_task(self._desk.warm())
         self._background.add(warming)
         warming.add_done_callback(self._background.discard)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_photo(self, request: Request) -> Response:
         """A person goes: the photo, its videos and all that the store remembers of it; the answer
@@ -267,7 +233,7 @@ class Handlers:
         """Corrections that count from now on; what is empty takes them back."""
         photo = self._photo(request)
         self._desk.correct(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo))
-        return Told(_public(photo))
+        return Told(public(photo))
 
     async def outline(self, request: Request) -> Response:
         """The body's outline by corrections that are not kept."""
@@ -284,14 +250,14 @@ class Handlers:
         folder = self._library.arriving()
         try:
             await save_photo(request, folder / ORIGINAL)
-            await self._desk.add_more(photo, folder)
+            await self._desk.arrivals.add_more(photo, folder)
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_more(self, request: Request) -> Response:
         """The further photos of a person go."""
-        await self._desk.remove_more(self._photo(request))
+        await self._desk.arrivals.remove_more(self._photo(request))
         return Told({})
 
     async def take_clip(self, request: Request) -> Response:
@@ -303,14 +269,14 @@ class Handlers:
         folder = self._library.arriving()
         try:
             await save_photo(request, folder / ORIGINAL, MAX_CLIP, "video")
-            await self._desk.add_clip(photo, folder, suffix, title(name))
+            await self._desk.arrivals.add_clip(photo, folder, suffix, title(name))
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_clip(self, request: Request) -> Response:
         """The video with the motion goes."""
-        await self._desk.remove_clip(self._photo(request))
+        await self._desk.arrivals.remove_clip(self._photo(request))
         return Told({})
 
     async def export(self, request: Request) -> Response:
@@ -322,7 +288,7 @@ class Handlers:
                 f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})"
             )
         await self._desk.export(job, str(rig), str(suffix))
-        return Told(_public(job))
+        return Told(public(job))
 
     async def remove_damaged(self, request: Request) -> Response:
         """What cannot be read goes."""
@@ -343,7 +309,7 @@ class Handlers:
             await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
-        return Told(_public(job), status_code=201)
+        return Told(public(job), status_code=201)
 
     async def remove_job(self, request: Request) -> Response:
         """A video goes."""
@@ -366,7 +332,7 @@ class Handlers:
         further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
         if name not in (SHOWN, MASK, CORRECTIONS, *further):
             raise HTTPException(404, "there is no such file")
-        return _file(
+        return file_answer(
             self._library.place(photo) / name,
             self._library.folder,
             download=name if name == CORRECTIONS else None,
@@ -378,7 +344,7 @@ class Handlers:
         if name not in job.files and name not in (TURN, *STAGES.values()):
             raise HTTPException(404, "there is no such file")
         download = Path(name).name if "download" in request.query_params else None
-        return _file(self._library.place(job) / name, self._library.folder, download=download)
+        return file_answer(self._library.place(job) / name, self._library.folder, download=download)
 
     async def everything(self, request: Request) -> Response:
         """All results in one archive."""
@@ -408,32 +374,3 @@ def _corrections(said: Mapping[str, Any], photo: Photo) -> Corrections:
     found = Corrections.of(said, "the request")
     found.in_pixels(photo.width, photo.height)
     return found
-
-
-def _public(item: Photo | Job) -> dict[str, Any]:
-    facts: dict[str, Any] = dict(vars(item))
-    if isinstance(item, Job):
-        facts["wish"] = item.wish.said()
-    for name in ("digest", "clip_digest"):
-        facts.pop(name, None)
-    return facts
-
-
-def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
-    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no
-    plain file."""
-    try:
-        if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(
-            path.lstat().st_mode
-        ):
-            raise HTTPException(404, "there is no such file")
-    except OSError:
-        raise HTTPException(404, "there is no such file") from None
-    alone = path.suffix == ".html" and inside != PAGE
-    headers = _ALONE if alone else {}
-    return FileResponse(
-        path,
-        media_type=_TYPES.get(path.suffix, "application/octet-stream"),
-        filename=download,
-        headers=headers,
-    )

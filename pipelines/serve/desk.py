@@ -24,17 +24,15 @@ from a2v.io import atomic_path, read_bytes
 from a2v.perception import Corrections
 from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.store import Ref, Store
-from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
+from pipelines.serve.arrivals import Arrivals
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed
-from pipelines.serve.records import SHOWN, Job, Library, Photo
+from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
 """A child process that had nothing to do for so long is ended, for its memory."""
-OPEN_SECONDS = 60.0
-"""Longest that opening a photo may take."""
 SETTLED_SECONDS = 120.0
 """A value of the store that no call names after this time is nobody's: what a stopped computation
 has left of a photo goes then."""
@@ -68,6 +66,7 @@ class Desk:
         self.threads = Threads(MAX_THREADS)
         self._cache, self._workers = cache, workers
         self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
+        self.arrivals = Arrivals(library, self._opener, forget=self._forget)
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
@@ -103,107 +102,6 @@ class Desk:
         """Say that there is something new to do."""
         for more in self._more:
             more.set()
-
-    async def open_photo(self, folder: Path, title: str) -> Photo:
-        """Take in the photo that has arrived in `folder`.
-
-        Raises
-        ------
-        InputError
-            It is no photo, is too large, or there are too many.
-        """
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        photo = self.library.add_photo(folder, title, answer["done"])
-        self.wake()
-        return photo
-
-    async def add_more(self, photo: Photo, folder: Path) -> None:
-        """Take in the photo that has arrived in `folder` as a further one of the person in `photo`.
-
-        Raises
-        ------
-        InputError
-            It is no photo, the person has it already, or there are too many.
-        """
-        if "," in str(self.library.folder):
-            raise InputError(
-                "the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder"
-            )
-        name = f"more-{len(photo.more) + 1}"
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        digest = answer["done"]["digest"]
-        if digest in (photo.digest, *photo.more):
-            raise InputError("this photo is here already; take one from another side")
-        if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
-            raise InputError(f"at most {MAX_PHOTOS} photos of one person are taken")
-        (folder / ORIGINAL).rename(self.library.place(photo) / name)
-        (folder / SHOWN).rename(self.library.place(photo) / f"{name}.jpg")
-        photo.more, photo.known = [*photo.more, digest], False
-        self.library.keep(photo)
-
-    async def remove_more(self, photo: Photo) -> None:
-        """Remove the further photos of a person."""
-        for number in range(len(photo.more)):
-            for name in (f"more-{number + 1}", f"more-{number + 1}.jpg"):
-                (self.library.place(photo) / name).unlink(missing_ok=True)
-        gone, photo.more, photo.known = photo.more, [], False
-        self.library.keep(photo)
-        await self._forget(gone)
-
-    async def add_clip(self, photo: Photo, folder: Path, suffix: str, title: str) -> None:
-        """Take in the video that has arrived in `folder` as a motion for the person in `photo`; it
-        replaces an earlier one.
-
-        Raises
-        ------
-        InputError
-            It is no video, or too large or too long, or the earlier one is in use.
-        """
-        task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        if photo.id not in self.library.photos:
-            raise InputError("this photo was removed; choose another")
-        if photo.clip:
-            await self.remove_clip(photo)
-        (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
-        photo.clip, photo.clip_title = suffix, title[:80] or "video"
-        photo.clip_seconds = float(answer["done"]["seconds"])
-        photo.clip_digest = answer["done"]["digest"]
-        self.library.keep(photo)
-
-    async def remove_clip(self, photo: Photo) -> None:
-        """Remove the video with the motion for a person, and what is remembered of it.
-
-        Raises
-        ------
-        InputError
-            A video that takes its motion over is still to be made.
-        """
-        if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
-            raise InputError("this video is in use; cancel what is being made of it first")
-        (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
-        gone = photo.clip_digest
-        photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""
-        self.library.keep(photo)
-        await self._forget([gone])
 
     def correct(self, photo: Photo, corrections: Corrections) -> None:
         """Keep what the user has corrected, and look at the photo again with it.

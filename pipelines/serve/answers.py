@@ -25,22 +25,21 @@ _ALONE = {
         "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
     )
 }
-"""Of pages of one file, which hold their scripts: they get an origin of their own and reach
-nothing."""
+"""Headers of self-contained pages, whose scripts are inline: a separate origin, no network access."""
 
 
 class Told(Response):
-    """JSON in ASCII: there is no text that it cannot write."""
+    """A JSON response in ASCII, which can represent any text."""
 
     media_type = "application/json"
 
     def render(self, content: Any) -> bytes:
-        """The bytes of a value."""
+        """Return a value as bytes of JSON."""
         return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
 
 
 async def failed(request: Request, error: Exception) -> Response:
-    """Answer an error of ours with its message and status 400."""
+    """Answer an error of a2v with its message and status 400."""
     return Told({"problem": printable(str(error))}, status_code=400)
 
 
@@ -51,7 +50,7 @@ async def refused(request: Request, error: Exception) -> Response:
 
 
 def public(item: Photo | Job) -> dict[str, Any]:
-    """The record of a photo or job as the page gets it: without digests."""
+    """Return the record of a photo or job without its digests, as the page gets it."""
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
         facts["wish"] = item.wish.said()
@@ -61,8 +60,13 @@ def public(item: Photo | Job) -> dict[str, Any]:
 
 
 def file_answer(path: Path, inside: Path, *, download: str | None = None) -> Response:
-    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no
-    plain file."""
+    """Answer with a regular file inside `inside`, or with the byte range that a player requests.
+
+    Raises
+    ------
+    HTTPException
+        404: the file is outside `inside`, is not a regular file, or does not exist.
+    """
     try:
         if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(
             path.lstat().st_mode

@@ -1,4 +1,4 @@
-"""The page's application: photos in, jobs in, state and files out."""
+"""The web application of the page: it accepts photos and jobs, and serves state and files."""
 
 from __future__ import annotations
 
@@ -37,17 +37,19 @@ from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
 from pipelines.serve.worker import TURN
 
 MAX_ARRIVING = 32
-"""Photos that may be on their way at once."""
+"""Largest number of photos that may be uploading at the same time."""
 EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
-"""Formats of characters that the page offers."""
+"""Character formats that the page offers."""
 CLIPS = (".mp4", ".webm", ".mov", ".m4v")
-"""Suffixes of videos that the page takes."""
+"""Suffixes of videos that the page accepts."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
 
 
 def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
-    """The application behind its guard; `ready` is called when it has begun, and signals are the
-    server's."""
+    """Make the application behind its guard.
+
+    `ready` is called once the application has started. The server handles signals.
+    """
 
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
@@ -63,7 +65,7 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
 
 
 class Handlers:
-    """What answers each address."""
+    """The handler of each address."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -75,7 +77,7 @@ class Handlers:
         return self._desk.library
 
     def routes(self) -> list[Route]:
-        """All addresses below the token."""
+        """Return all routes below the token."""
         get, post, delete = ["GET"], ["POST"], ["DELETE"]
         return [
             Route("/", self.page, methods=get),
@@ -106,18 +108,18 @@ class Handlers:
         ]
 
     async def page(self, request: Request) -> Response:
-        """The page itself."""
+        """Serve the page."""
         return file_answer(PAGE / "index.html", PAGE)
 
     async def asset(self, request: Request) -> Response:
-        """Style, script and icon of the page."""
+        """Serve a style sheet, script or image of the page."""
         name = request.path_params["name"]
         if name not in {path.name for path in PAGE.iterdir()}:
             raise HTTPException(404, "there is no such file")
         return file_answer(PAGE / name, PAGE)
 
     async def choices(self, request: Request) -> Response:
-        """What may be chosen."""
+        """Return the choices that the page offers."""
         return Told(
             await self._desk.threads.do(choices)
             | {
@@ -130,7 +132,7 @@ class Handlers:
         )
 
     async def state(self, request: Request) -> Response:
-        """Photos and jobs as they are."""
+        """Return the current state of photos and jobs."""
         photos = [public(photo) for photo in self._library.photos.values()]
         waiting = [
             job.id
@@ -151,7 +153,7 @@ class Handlers:
         )
 
     async def words(self, request: Request) -> Response:
-        """What a prompt is taken for."""
+        """Return the actions that a prompt is matched to."""
         said = await read_json(request)
         model, text = said.get("model"), said.get("text")
         if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
@@ -169,14 +171,16 @@ class Handlers:
         return Told({"parts": parts})
 
     async def take_photo(self, request: Request) -> Response:
-        """A photo comes in: its size before and while it is read, its pixels in a process of their
-        own."""
+        """Receive a photo.
+
+        Its size is checked before and while it is read. A child process decodes its pixels.
+        """
         return await self._arrive(
             functools.partial(save_photo, request), title(request.query_params.get("name", ""))
         )
 
     async def take_sample(self, request: Request) -> Response:
-        """The sample person comes in as if somebody had sent the photo."""
+        """Add the photo of the sample person as if it had been uploaded."""
 
         async def copy(path: Path) -> None:
             try:
@@ -203,15 +207,17 @@ class Handlers:
         finally:
             self._arriving -= 1
             if folder is not None:
-                shutil.rmtree(folder, ignore_errors=True)  # it is elsewhere by now, or refused
+                shutil.rmtree(folder, ignore_errors=True)  # the photo was moved or refused
         warming = asyncio.create_task(self._desk.warm())
         self._background.add(warming)
         warming.add_done_callback(self._background.discard)
         return Told(public(photo), status_code=201)
 
     async def remove_photo(self, request: Request) -> Response:
-        """A person goes: the photo, its videos and all that the store remembers of it; the answer
-        tells how much that was."""
+        """Remove a person: the photo, its videos, and all values of the store made from it.
+
+        The answer reports how much was removed.
+        """
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
@@ -220,7 +226,7 @@ class Handlers:
         return Told({})
 
     async def corrections(self, request: Request) -> Response:
-        """What the user has corrected of a photo."""
+        """Return the saved corrections of a photo."""
         photo = self._photo(request)
         path = self._library.place(photo) / CORRECTIONS if photo.corrected else None
         return Told(
@@ -230,13 +236,13 @@ class Handlers:
         )
 
     async def correct(self, request: Request) -> Response:
-        """Corrections that count from now on; what is empty takes them back."""
+        """Save corrections of a photo; empty corrections remove the earlier ones."""
         photo = self._photo(request)
         self._desk.correct(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo))
         return Told(public(photo))
 
     async def outline(self, request: Request) -> Response:
-        """The body's outline by corrections that are not kept."""
+        """Return the outline of the body with given corrections, without saving them."""
         photo = self._photo(request)
         return Told(
             await self._desk.outline(
@@ -245,7 +251,7 @@ class Handlers:
         )
 
     async def take_more(self, request: Request) -> Response:
-        """A further photo of a person."""
+        """Receive a further photo of a person."""
         photo = self._photo(request)
         folder = self._library.arriving()
         try:
@@ -256,12 +262,12 @@ class Handlers:
         return Told(public(photo), status_code=201)
 
     async def remove_more(self, request: Request) -> Response:
-        """The further photos of a person go."""
+        """Remove the further photos of a person."""
         await self._desk.arrivals.remove_more(self._photo(request))
         return Told({})
 
     async def take_clip(self, request: Request) -> Response:
-        """A video whose motion the person takes over."""
+        """Receive a video whose motion the person copies."""
         photo, name = self._photo(request), request.query_params.get("name", "")
         suffix = Path(name).suffix.lower()
         if suffix not in CLIPS:
@@ -275,12 +281,12 @@ class Handlers:
         return Told(public(photo), status_code=201)
 
     async def remove_clip(self, request: Request) -> Response:
-        """The video with the motion goes."""
+        """Remove the video with the motion."""
         await self._desk.arrivals.remove_clip(self._photo(request))
         return Told({})
 
     async def export(self, request: Request) -> Response:
-        """A finished character for another tool."""
+        """Export a finished character for another tool."""
         said, job = await read_json(request), self._job(request)
         rig, suffix = said.get("rig"), said.get("format")
         if rig not in RIGS or suffix not in EXPORTS:
@@ -291,12 +297,12 @@ class Handlers:
         return Told(public(job))
 
     async def remove_damaged(self, request: Request) -> Response:
-        """What cannot be read goes."""
+        """Remove records that cannot be read."""
         await self._desk.remove_damaged()
         return Told({})
 
     async def take_job(self, request: Request) -> Response:
-        """A video is asked for."""
+        """Queue a requested video."""
         said = await read_json(request)
         photo = self._library.photos.get(str(said.get("photo")))
         if photo is None:
@@ -312,12 +318,12 @@ class Handlers:
         return Told(public(job), status_code=201)
 
     async def remove_job(self, request: Request) -> Response:
-        """A video goes."""
+        """Remove a video."""
         await self._desk.remove(self._job(request))
         return Told({})
 
     async def cancel(self, request: Request) -> Response:
-        """A video is not wanted any more."""
+        """Cancel a video."""
         await self._desk.cancel(self._job(request))
         return Told({})
 
@@ -327,7 +333,7 @@ class Handlers:
         return Told({})
 
     async def photo_file(self, request: Request) -> Response:
-        """What the page shows of a photo; the bytes that came in are never given out."""
+        """Serve the shown version of a photo; the uploaded bytes are never served."""
         photo, name = self._photo(request), request.path_params["name"]
         further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
         if name not in (SHOWN, MASK, CORRECTIONS, *further):
@@ -339,7 +345,7 @@ class Handlers:
         )
 
     async def job_file(self, request: Request) -> Response:
-        """A result."""
+        """Serve one result of a job."""
         job, name = self._job(request), request.path_params["name"]
         if name not in job.files and name not in (TURN, *STAGES.values()):
             raise HTTPException(404, "there is no such file")
@@ -347,7 +353,7 @@ class Handlers:
         return file_answer(self._library.place(job) / name, self._library.folder, download=download)
 
     async def everything(self, request: Request) -> Response:
-        """All results in one archive."""
+        """Serve all results of a job in one zip."""
         job = self._job(request)
         if not job.files:
             raise HTTPException(404, "nothing is made yet")
@@ -370,7 +376,7 @@ class Handlers:
 
 
 def _corrections(said: Mapping[str, Any], photo: Photo) -> Corrections:
-    """The corrections in a request, which fit the photo."""
+    """Return the corrections in a request, checked against the size of the photo."""
     found = Corrections.of(said, "the request")
     found.in_pixels(photo.width, photo.height)
     return found

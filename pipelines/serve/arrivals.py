@@ -16,7 +16,7 @@ from pipelines.serve.records import SHOWN, Library, Photo
 from pipelines.serve.talk import CLIP, ORIGINAL
 
 OPEN_SECONDS = 60.0
-"""Longest that opening a photo may take."""
+"""Time limit in seconds for opening an upload."""
 
 
 class Arrivals:
@@ -38,12 +38,12 @@ class Arrivals:
         self.library, self._opener, self._forget = library, opener, forget
 
     async def open_photo(self, folder: Path, title: str) -> Photo:
-        """Take in the photo that has arrived in `folder`.
+        """Add the uploaded photo in `folder`.
 
         Raises
         ------
         InputError
-            It is no photo, is too large, or there are too many.
+            The file is not a photo or is too large, or there are too many photos.
         """
         task = {
             "task": "open",
@@ -57,12 +57,12 @@ class Arrivals:
         return self.library.add_photo(folder, title, answer["done"])
 
     async def add_more(self, photo: Photo, folder: Path) -> None:
-        """Take in the photo that has arrived in `folder` as a further one of the person in `photo`.
+        """Add the uploaded photo in `folder` as a further photo of the person in `photo`.
 
         Raises
         ------
         InputError
-            It is no photo, the person has it already, or there are too many.
+            The file is not a photo, the person has it already, or there are too many.
         """
         if "," in str(self.library.folder):
             raise InputError(
@@ -98,13 +98,15 @@ class Arrivals:
         await self._forget(gone)
 
     async def add_clip(self, photo: Photo, folder: Path, suffix: str, title: str) -> None:
-        """Take in the video that has arrived in `folder` as a motion for the person in `photo`; it
-        replaces an earlier one.
+        """Add the uploaded video in `folder` as a motion for the person in `photo`.
+
+        It replaces an earlier video.
+
 
         Raises
         ------
         InputError
-            It is no video, or too large or too long, or the earlier one is in use.
+            The file is not a video, is too large or too long, or the earlier video is in use.
         """
         task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
         answer = await self._opener.do(task, limit=OPEN_SECONDS)
@@ -121,12 +123,12 @@ class Arrivals:
         self.library.keep(photo)
 
     async def remove_clip(self, photo: Photo) -> None:
-        """Remove the video with the motion for a person, and what is remembered of it.
+        """Remove the video with the motion for a person, and the stored values made from it.
 
         Raises
         ------
         InputError
-            A video that takes its motion over is still to be made.
+            A queued or running job uses its motion.
         """
         if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
             raise InputError("this video is in use; cancel what is being made of it first")

@@ -1,9 +1,8 @@
-"""The queue: photos are looked at in one child process, videos are made in another, one at a time,
-in the order in which they came.
+"""The queue of photos and videos, processed one at a time in order of arrival.
 
-A third opens the photos that come in, so that no bytes of strangers are decoded where the page is
-served. What waits is what the records say, so a queue that was cut off goes on at the next start;
-frames that were finished are remembered.
+One child process finds people in photos, another makes videos. A third opens uploads, so that the
+server process decodes no untrusted bytes. The records define the queue, so an interrupted queue
+continues at the next start, and finished frames are cached.
 """
 
 from __future__ import annotations
@@ -32,30 +31,30 @@ from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
-"""A child process that had nothing to do for so long is ended, for its memory."""
+"""Seconds without a task after which a child process is ended to free its memory."""
 SETTLED_SECONDS = 120.0
-"""A value of the store that no call names after this time is nobody's: what a stopped computation
-has left of a photo goes then."""
+"""Seconds after which a value of the store that no call references is removed, such as the remains
+of a stopped computation."""
 MAX_THREADS = 8
-"""Beside the one that answers."""
+"""Number of threads in addition to the main thread."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
 _TIMES = "times.json"
-"""File of how long stages take here."""
+"""File of the measured times of the stages."""
 _OWED = "forgetting"
-"""File that is there while something has still to be forgotten."""
+"""File that exists while removals from the store are pending."""
 
 T = TypeVar("T")
 
 
 class Desk:
-    """Takes photos and jobs, has them done and keeps their records.
+    """Processes photos and jobs, and keeps their records.
 
     Parameters
     ----------
     code : see `Child`
     cache : folder of the store, None for the default
-    workers : processes that compute frames, None for one a core
+    workers : number of processes that compute frames, None for one per core
     """
 
     def __init__(
@@ -70,14 +69,14 @@ class Desk:
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
-        self._served: list[Photo | Job] = []  # of whom somebody waits for an outline or a file
+        self._served: list[Photo | Job] = []  # for which a request waits for an outline or a file
         self._forgetting = asyncio.Lock()
         self._owed = Owed(library.folder / _OWED)
         self._closing = False
         self._tasks: list[asyncio.Task[None]] = []
 
     def start(self) -> None:
-        """Begin to work, with what an earlier run has left."""
+        """Start processing, beginning with unfinished jobs of an earlier run."""
         for job in self.library.jobs.values():
             if job.status == "running":
                 job.status = "waiting"
@@ -86,10 +85,10 @@ class Desk:
         self._tasks = [asyncio.create_task(self._for_ever(one)) for one in rounds]
 
     async def close(self) -> None:
-        """Stop at once; what was running goes on at the next start.
+        """Stop at once; a running job continues at the next start.
 
-        Until Python 3.12 `asyncio.wait_for` loses a cancellation that comes while what it waits for
-        is just done, so it is said again.
+        Until Python 3.12 `asyncio.wait_for` loses a cancellation that arrives just as the awaited
+        task finishes, so the cancellation is repeated.
         """
         self._closing = True
         while alive := [task for task in self._tasks if not task.done()]:
@@ -99,17 +98,17 @@ class Desk:
         await asyncio.gather(self._opener.stop(), self._looker.stop(), self._maker.stop())
 
     def wake(self) -> None:
-        """Say that there is something new to do."""
+        """Signal that the queue has changed."""
         for more in self._more:
             more.set()
 
     def correct(self, photo: Photo, corrections: Corrections) -> None:
-        """Keep what the user has corrected, and look at the photo again with it.
+        """Save the user's corrections and process the photo again with them.
 
         Raises
         ------
         InputError
-            The photo is being looked at, or the disk is full.
+            The photo is being processed, or the disk is full.
         """
         if photo.status == "looking":
             raise InputError("this photo is being looked at; try again in a moment")
@@ -129,13 +128,15 @@ class Desk:
         self.wake()
 
     async def outline(self, photo: Photo, corrections: Corrections) -> dict[str, Any]:
-        """The outline of the body that is fitted with these corrections, which are not kept; see
-        `pipelines.serve.fitting.outline`.
+        """Return the outline of the body fitted with these corrections, without saving them.
+
+        See `pipelines.serve.fitting.outline`.
+
 
         Raises
         ------
         InputError
-            It cannot be made.
+            The outline cannot be computed.
         """
         task = {
             "task": "outline",
@@ -146,7 +147,7 @@ class Desk:
         return await self._serve(photo, task)
 
     async def _serve(self, item: Photo | Job, task: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer of the process that looks at photos to somebody who waits for it."""
+        """Run a task for a waiting request in the process that looks at photos."""
         self._served.append(item)
         try:
             answer = await self._looker.do(task)
@@ -163,7 +164,7 @@ class Desk:
         Raises
         ------
         InputError
-            It is not finished, or it cannot be written.
+            The job is not finished, or the file cannot be written.
         """
         if job.status != "done":
             raise InputError("this video is not made yet")
@@ -174,7 +175,7 @@ class Desk:
         self.library.keep(job)
 
     def _asked(self, job: Job, photo: Photo) -> dict[str, Any]:
-        """What a task says of a job: folder, store, wish, and the files of the person."""
+        """Return the entries of a task for a job: folder, store, wish, and the person's files."""
         own = self.library.place(photo)
         more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
         corrections = str(own / CORRECTIONS) if photo.corrected else None
@@ -185,13 +186,13 @@ class Desk:
         }  # fmt: skip
 
     async def warm(self) -> None:
-        """Load what a video will need, while somebody still chooses."""
+        """Load the modules for a video while the user still chooses."""
         if self._current is None and not self._maker.alive:
-            with contextlib.suppress(OSError):  # whoever asks for a video is told
+            with contextlib.suppress(OSError):  # a later request for a video reports it
                 await self._maker.tell({"task": "warm", "workers": self._workers})
 
     async def cancel(self, job: Job) -> None:
-        """Take a job from the queue, or stop it in the middle."""
+        """Remove a job from the queue, or stop it if it is running."""
         if job.over:
             raise InputError("this video is not in the queue any more")
         job.status = "cancelled"
@@ -201,7 +202,7 @@ class Desk:
             await asyncio.sleep(0.01)
 
     def again(self, item: Photo | Job) -> None:
-        """Queue a job that failed or was cancelled, or a photo that could not be used, anew."""
+        """Queue again a failed or cancelled job, or a photo that could not be used."""
         if isinstance(item, Photo):
             if item.status != "unusable":
                 raise InputError("this photo is in use already")
@@ -214,15 +215,14 @@ class Desk:
         self.wake()
 
     async def remove(self, item: Photo | Job) -> Forgotten:
-        """Remove a photo with its jobs and all that is remembered of it, or a job; what is being
-        computed is stopped."""
+        """Remove a photo with its jobs and stored values, or a job; stop running computations."""
 
         def jobs() -> list[Job]:
             return [item] if isinstance(item, Job) else list(self.library.jobs_of(item))
 
         while job := next(
             (one for one in jobs() if not one.over), None
-        ):  # another may be asked for while one is being stopped
+        ):  # another may be requested while one is stopped
             await self.cancel(job)
         if isinstance(item, Photo):
             for digest in _digests(item):
@@ -238,7 +238,7 @@ class Desk:
             await (self._maker if self._current in removed else self._looker).stop()
             await asyncio.sleep(0.01)
         if isinstance(item, Photo) and self._looking is None and not self._served:
-            await self._looker.stop()  # it may hold what was seen of the photo
+            await self._looker.stop()  # it may hold data of the photo in memory
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
         return await self._forget(_digests(item)) if isinstance(item, Photo) else Forgotten()
 
@@ -247,8 +247,7 @@ class Desk:
         await self.threads.do(_delete, self.library.remove_damaged())
 
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
-        """Remove what the store remembers of photos, unless they are here a second time, and what
-        belongs to nobody."""
+        """Remove stored values of photos that no other record uses, and unreferenced values."""
         async with self._forgetting:
             stays = {digest for one in self.library.photos.values() for digest in _digests(one)}
             gone, keep = (
@@ -287,7 +286,7 @@ class Desk:
             answer = await self._looker.do(task)
         finally:
             self._looking = None
-        if photo.id not in self.library.photos:  # it was removed meanwhile
+        if photo.id not in self.library.photos:  # removed in the meantime
             return
         if "problem" in answer:
             photo.status, photo.problem = "unusable", answer["problem"]
@@ -326,7 +325,7 @@ class Desk:
                 task, lambda update: self.progress.__setitem__(job.id, update)
             )
             if "problem" in answer:
-                await self._maker.stop()  # its workers may still be at it
+                await self._maker.stop()  # its workers may still be running
         finally:
             self._current = None
             self.progress.pop(job.id, None)
@@ -356,8 +355,7 @@ class Desk:
             self._owed.paid(owed)
 
     async def _for_ever(self, one: Callable[[], Awaitable[None]]) -> None:
-        """Do one round after another; a round that fails is told on standard error and does not end
-        the others."""
+        """Repeat a round; the error of a failed round is printed, and the next round starts."""
         while not self._closing:
             try:
                 await one()
@@ -365,10 +363,10 @@ class Desk:
                 traceback.print_exc(file=sys.stderr)
                 await asyncio.sleep(1.0)
 
-    # --- how long things take here
+    # --- measured times
 
     def _times(self) -> dict[str, float]:
-        with contextlib.suppress(Exception):  # no file, or none of ours: the priors do
+        with contextlib.suppress(Exception):  # no file, or an invalid one: use the priors
             found = json.loads(read_bytes(self.library.folder / _TIMES, limit=1 << 16))
             return {str(name): float(value) for name, value in found.items()}
         return {}
@@ -381,7 +379,7 @@ class Desk:
         with (
             contextlib.suppress(A2VError),
             atomic_path(self.library.folder / _TIMES) as temporary,
-        ):  # a full disk: what is known does
+        ):  # on a full disk, keep the earlier times
             temporary.write_text(
                 json.dumps({name: round(value, 4) for name, value in mixed.items()}),
                 encoding="utf-8",
@@ -389,7 +387,7 @@ class Desk:
 
 
 def _digests(photo: Photo) -> list[str]:
-    """Of the values of the store that are made of a person's files."""
+    """Return the digests of a person's files in the store."""
     return [digest for digest in (photo.digest, *photo.more, photo.clip_digest) if digest]
 
 

@@ -25,7 +25,7 @@ _ALONE = {
         "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
     )
 }
-"""Headers of self-contained pages, whose scripts are inline: a separate origin, no network access."""
+"""Headers of self-contained pages with inline scripts: a separate origin, no network access."""
 
 
 class Told(Response):

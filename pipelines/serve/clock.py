@@ -67,7 +67,7 @@ class Clock:
         self.best = 0.0
 
     def take(self, update: Update) -> dict[str, object]:
-        """Return the stage in words, the completed fraction, and the seconds left after an update."""
+        """Return stage in words, completed fraction, and seconds left after an update."""
         now, name = time.monotonic(), update.node
         begun = self._begun.setdefault(name, (now, update.done))
         whole = self._whole.get(name, 0.0)

@@ -1,4 +1,4 @@
-"""Access control: requests must come from this machine and this page, with the token in the address.
+"""Access control: only this machine and this page, with the token in the address.
 
 All other requests are refused.
 """

@@ -2,8 +2,8 @@
 
 A record is written after each change. The server chooses all names in the folder: identities are 16
 hex digits, and text from a browser is only looked up, never joined to a path. A photo arrives in
-``incoming/`` and is then moved to its place. A removed folder is first moved to ``removed/``, so that
-it is no longer listed. Both are emptied at the next start. Records that cannot be read are counted,
+``incoming/`` and is then moved to its place. A removed folder is first moved to ``removed/``, so
+that it is no longer listed. Both are emptied at the next start. Records that cannot be read are counted,
 and stay until the user removes them.
 """
 

@@ -15,11 +15,11 @@ HEADER_SECONDS = 10.0
 """Largest time in seconds from the connection, or the end of the last response, to the end of the
 next request's headers."""
 MAX_STRANGERS = 64
-"""Largest number of connections without a token; beyond it, the oldest is closed. Browsers open a few
-in advance."""
+"""Largest number of connections without a token; beyond it, the oldest is closed. Browsers open
+a few in advance."""
 MAX_CONNECTIONS = 400
-"""Largest number of connections: fifty browsers with six each, and strangers. The usual limit of open
-files is 1,024."""
+"""Largest number of connections: fifty browsers with six each, and strangers. The usual limit of
+open files is 1,024."""
 
 
 def protocol(token: str) -> type[H11Protocol]:

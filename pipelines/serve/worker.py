@@ -75,7 +75,7 @@ def load_renderer() -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Watched(RunOptions):
-    """Options with which the page runs a graph: its own workers, progress reports, kept outcomes."""
+    """Options of the page for running a graph: own workers, progress reports, kept outcomes."""
 
     pool: Executor | None = None
     listener: Listener | None = None

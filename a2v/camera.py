@@ -112,7 +112,8 @@ class PhotoCamera(Record):
             raise InputError(f"PhotoCamera.aim is {self.aim}; expected three numbers")
         if not (np.isfinite(self.distance) and self.distance >= 0 and abs(self.pitch) < np.pi / 2):
             raise InputError(
-                f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected meters of at least 0, and radians"
+                f"PhotoCamera has distance {self.distance} and pitch {self.pitch}; expected meters "
+                "of at least 0, and radians"
             )
 
     @property

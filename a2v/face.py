@@ -66,7 +66,8 @@ class Face(Record):
         steps = np.diff(self.starts)
         if (steps < 0).any() or int(self.starts[0]) != 0 or int(self.starts[-1]) != sizes["M"]:
             raise InputError(
-                f"Face.starts runs from {self.starts[0]} to {self.starts[-1]}; expected 0 to {sizes['M']}, none smaller than before"
+                f"Face.starts runs from {self.starts[0]} to {self.starts[-1]}; expected 0 to "
+                f"{sizes['M']}, none smaller than before"
             )
 
     def check_vertices(self, count: int) -> None:

@@ -66,7 +66,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     except OSError as error:
         if error.filename is None or Path(error.filename) in (temporary, target):
             raise InputError(
-                f"cannot write {target}: {error.strerror or error}; free some space or choose another folder"
+                f"cannot write {target}: {error.strerror or error}; free some space or choose "
+                "another folder"
             ) from error
         raise
     finally:
@@ -208,7 +209,8 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
         raise InputError(
-            f"{source} is no regular file but a pipe or a device; copy what it gives into a file first"
+            f"{source} is no regular file but a pipe or a device; copy what it gives into a file "
+            "first"
         )
     return stream
 
@@ -279,7 +281,8 @@ def parse_json(data: bytes, source: object, expected: str) -> Any:
         return json.loads(data.decode("utf-8-sig"))
     except json.JSONDecodeError as error:
         raise InputError(
-            f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is the file truncated?"
+            f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is "
+            "the file truncated?"
         ) from None
     except UnicodeDecodeError:
         raise InputError(f"{source} is no text file; expected {expected}") from None
@@ -306,7 +309,8 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
             infos = archive.zip.infolist() if archive.zip is not None else []
             if sum(info.file_size for info in infos) > MAX_ARCHIVE_BYTES:
                 raise InputError(
-                    f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to read it"
+                    f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to "
+                    "read it"
                 )
             return {name: archive[name] for name in archive.files}
     except InputError:

@@ -87,6 +87,7 @@ class NpmPackages:
         if not self.installed:
             count = "two packages" if len(self.packages) == 2 else "a package"
             raise MissingDependencyError(
-                f"{what} needs {count} of npm; install once with: {self.install_command} ({instead})"
+                f"{what} needs {count} of npm; install once with: {self.install_command} "
+                f"({instead})"
             )
         return self.modules

@@ -89,7 +89,8 @@ class Record:
                 item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING
             ):
                 raise InputError(
-                    f"no array '{name}' for a {cls.__name__}; found: {', '.join(sorted(arrays)) or 'nothing'}"
+                    f"no array '{name}' for a {cls.__name__}; found: "
+                    f"{', '.join(sorted(arrays)) or 'nothing'}"
                 )
         return cls(**values)
 
@@ -153,7 +154,8 @@ class Record:
                 str(sizes.get(str(want), want)) if want is not None else "any" for want in shape
             )
             raise InputError(
-                f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})"
+                f"{type(self).__name__}.{name} has shape {value.shape}; expected "
+                f"({'..., ' if leading else ''}{expected})"
             )
         if (
             np.issubdtype(value.dtype, np.floating)
@@ -164,7 +166,8 @@ class Record:
         if below and value.size and (int(value.min()) < least or int(value.max()) >= sizes[below]):
             found = f"{int(value.min())} to {int(value.max())}"
             raise InputError(
-                f"{type(self).__name__}.{name} names {found}; expected {least} to {sizes[below] - 1}"
+                f"{type(self).__name__}.{name} names {found}; expected {least} to "
+                f"{sizes[below] - 1}"
             )
 
 
@@ -207,7 +210,8 @@ def _decode(array: np.ndarray, kind: Any, what: str) -> Any:
 def _single(array: np.ndarray, kinds: str, what: str) -> Any:
     if array.size != 1 or array.dtype.kind not in kinds:
         raise InputError(
-            f"{what} is an array of shape {array.shape} and type {array.dtype}; expected a single {_named(kinds)}"
+            f"{what} is an array of shape {array.shape} and type {array.dtype}; expected a single "
+            f"{_named(kinds)}"
         )
     return array.item()
 

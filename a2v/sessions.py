@@ -107,7 +107,8 @@ def read_metadata(
         )
     if metadata.get("format") not in formats:
         raise InputError(
-            f"{path} has the format {shorten(metadata.get('format'), 60)}; this version reads {' and '.join(formats)}"
+            f"{path} has the format {shorten(metadata.get('format'), 60)}; this version reads "
+            f"{' and '.join(formats)}"
         )
     return dict(metadata)
 

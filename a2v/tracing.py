@@ -51,9 +51,16 @@ def to_onnx(
         logger.setLevel(logging.ERROR)
     try:
         program = torch.onnx.export(
-            graph, arguments, dynamo=True, opset_version=OPSET, input_names=list(inputs), output_names=list(outputs),
-            dynamic_shapes=tuple(sizes), optimize=fold_below is None, verbose=False,
-        )  # fmt: skip
+            graph,
+            arguments,
+            dynamo=True,
+            opset_version=OPSET,
+            input_names=list(inputs),
+            output_names=list(outputs),
+            dynamic_shapes=tuple(sizes),
+            optimize=fold_below is None,
+            verbose=False,
+        )
         assert program is not None
         proto: onnx.ModelProto = program.model_proto
         if fold_below is not None:

@@ -111,13 +111,15 @@ class Motion(Record):
             raise InputError("Motion has no frames")
         if 0 in self.batch:
             raise InputError(
-                f"Motion is a batch of {' x '.join(map(str, self.batch))} clips; expected at least one"
+                f"Motion is a batch of {' x '.join(map(str, self.batch))} clips; expected at least "
+                "one"
             )
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
             raise InputError(
-                f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames"
+                f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its "
+                "frames"
             )
         order = np.arange(sizes["J"])
         if (
@@ -204,9 +206,14 @@ class BodyMap(Record):
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
         for name, shape in {
-            "landmarks": (33, 3), "landmark_scales": (33, 2), "places": ("S", "S", 3), "place_scales": ("S", "S"),
-            "depths": ("S", "S", 2), "depth_scales": ("S", "S", 2), "inside": ("S", "S"),
-        }.items():  # fmt: skip
+            "landmarks": (33, 3),
+            "landmark_scales": (33, 2),
+            "places": ("S", "S", 3),
+            "place_scales": ("S", "S"),
+            "depths": ("S", "S", 2),
+            "depth_scales": ("S", "S", 2),
+            "inside": ("S", "S"),
+        }.items():
             self._check(name, shape, sizes)
 
     def pixels(self) -> FloatArray:
@@ -352,7 +359,8 @@ class Surface(Record):
             self.face.check_vertices(sizes["V"])
         if self.standing is not None and len(self.standing.vertices) != sizes["V"]:
             raise InputError(
-                f"Surface.standing has {len(self.standing.vertices)} vertices; expected the surface's {sizes['V']}"
+                f"Surface.standing has {len(self.standing.vertices)} vertices; expected the "
+                f"surface's {sizes['V']}"
             )
 
 
@@ -532,7 +540,8 @@ class RenderSettings(Record):
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
         if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
             raise InputError(
-                f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are named so"
+                f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are "
+                "named so"
             )
         if not 0 <= self.seed < 2**32:
             raise InputError(f"the renderer's seed is {self.seed}; expected 0 to {2**32 - 1}")
@@ -542,7 +551,8 @@ class RenderSettings(Record):
             raise InputError(f"view '{doubles[0]}' is given twice")
         if not re.fullmatch(r"stage|transparent|image|#[0-9a-f]{6}", self.background):
             raise InputError(
-                f"background is '{self.background}'; expected stage, transparent, image or a color such as #30506f"
+                f"background is '{self.background}'; expected stage, transparent, image or a color "
+                "such as #30506f"
             )
 
     @property

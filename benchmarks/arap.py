@@ -163,8 +163,10 @@ def main() -> int:
         for _ in range(3)
     )
     lines = [
-        f"{len(surface.vertices):,} vertices, {len(surface.faces):,} faces, {len(frames)} frames of {', '.join(MOTIONS)}; "
-        f"bind {bind_seconds:.1f} s, factor {factor_seconds:.2f} s (once a character); median {count} iterations, "
+        f"{len(surface.vertices):,} vertices, {len(surface.faces):,} faces, {len(frames)} frames "
+        f"of {', '.join(MOTIONS)}; "
+        f"bind {bind_seconds:.1f} s, factor {factor_seconds:.2f} s (once a character); median "
+        f"{count} iterations, "
         f"energy {np.mean(falls):.2f} of the first iteration's",
         "",
         "| method | area distortion | edge-length error | CPU seconds a frame |",
@@ -176,8 +178,10 @@ def main() -> int:
     own = float(np.mean([row[2] for row in rows["ARAP (Eq. 20)"]]))
     lines += [
         "",
-        f"Open3D's deform_as_rigid_as_possible, the same mesh, every tenth vertex fixed, {count} iterations: {theirs:.2f} CPU s a frame; ours with the "
-        f"same constraints and iterations {same:.3f} s ({theirs / same:.0f} times faster), Eq. 20 as a whole {theirs / own:.0f} times faster.",
+        f"Open3D's deform_as_rigid_as_possible, the same mesh, every tenth vertex fixed, {count} "
+        f"iterations: {theirs:.2f} CPU s a frame; ours with the "
+        f"same constraints and iterations {same:.3f} s ({theirs / same:.0f} times faster), Eq. 20 "
+        f"as a whole {theirs / own:.0f} times faster.",
     ]
     table = "\n".join(lines)
     print(table)

@@ -86,16 +86,20 @@ def main() -> None:
     table = np.array(rows)
     for at in np.argsort(-table[:, 1])[:8]:
         print(
-            f"  {clips[at][0]}, seed {clips[at][1]}: {table[at, 0]:.3f} before, {table[at, 1]:.3f} after; acceleration {table[at, 3] / table[at, 2]:.2f} times"
+            f"  {clips[at][0]}, seed {clips[at][1]}: {table[at, 0]:.3f} before, {table[at, 1]:.3f} "
+            f"after; acceleration {table[at, 3] / table[at, 2]:.2f} times"
         )
     print(
-        f"{len(table)} clips: frames with an arm over {WITHIN * 100:.0f} cm within: {table[:, 0].mean():.3f} before, {table[:, 1].mean():.3f} after;"
+        f"{len(table)} clips: frames with an arm over {WITHIN * 100:.0f} cm within: "
+        f"{table[:, 0].mean():.3f} before, {table[:, 1].mean():.3f} after;"
     )
     print(
-        f"clips with such frames: {(table[:, 0] > 0).sum()} before, {(table[:, 1] > 0).sum()} after; most after {table[:, 1].max():.2f}"
+        f"clips with such frames: {(table[:, 0] > 0).sum()} before, {(table[:, 1] > 0).sum()} "
+        f"after; most after {table[:, 1].max():.2f}"
     )
     print(
-        f"acceleration of wrists, 95 % quantile: {np.median(table[:, 3] / table[:, 2]):.2f} times, at most {(table[:, 3] / table[:, 2]).max():.2f}"
+        f"acceleration of wrists, 95 % quantile: {np.median(table[:, 3] / table[:, 2]):.2f} times, "
+        f"at most {(table[:, 3] / table[:, 2]).max():.2f}"
     )
     print(f"{np.median(seconds):.2f} CPU s a clip of 120 frames")
 

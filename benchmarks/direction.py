@@ -35,11 +35,13 @@ FAMILY = MappingProxyType({"Walk": 0, "Jog": 2, "Sneak": 0})
 """Labels of the classifier."""
 
 _ROUND = np.linspace(0, 5, 50)
-PATHS = MappingProxyType({
-    "line": np.array([[0, 0], [0, 6.0]]),
-    "corner": np.array([[0, 0], [0, 3], [3, 3.0]]),
-    "circle": np.stack([2 * (1 - np.cos(_ROUND)), 2 * np.sin(_ROUND)], axis=-1),
-})  # fmt: skip
+PATHS = MappingProxyType(
+    {
+        "line": np.array([[0, 0], [0, 6.0]]),
+        "corner": np.array([[0, 0], [0, 3], [3, 3.0]]),
+        "circle": np.stack([2 * (1 - np.cos(_ROUND)), 2 * np.sin(_ROUND)], axis=-1),
+    }
+)
 
 
 def away(motion: Motion, path: GroundPath) -> FloatArray:
@@ -108,7 +110,9 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
             )
         mean, worst = np.mean(rows, axis=0), np.max(rows, axis=0)
         print(
-            f"| {action} | {name} | {mean[0]:.1f} | {worst[1]:.0f} | {worst[2]:.0f} | {mean[3]:.3f} | {mean[4]:.1f} | {mean[5]:.1f} | {mean[6]:.2f} | {took / plain_took:.1f} |"
+            f"| {action} | {name} | {mean[0]:.1f} | {worst[1]:.0f} | {worst[2]:.0f} | "
+            f"{mean[3]:.3f} | {mean[4]:.1f} | {mean[5]:.1f} | {mean[6]:.2f} | "
+            f"{took / plain_took:.1f} |"
         )
     plain = [physics_metrics(motion, floor=None) for motion in free]
     share = (
@@ -120,7 +124,8 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
         np.mean([getattr(one, name) for one in plain]) for name in ("skating", "slide", "jitter")
     )
     print(
-        f"| {action} | undirected | | | | {skating:.3f} | {slide:.1f} | {shake:.1f} | {share:.2f} | 1 |"
+        f"| {action} | undirected | | | | {skating:.3f} | {slide:.1f} | {shake:.1f} | {share:.2f} "
+        "| 1 |"
     )
 
 
@@ -200,12 +205,16 @@ def wishes(model: MotionModel, seeds: int) -> None:
             np.linalg.norm(made.joints[30:121, 6] - made.joints[30:121, 0] - turned, axis=-1).max()
         )
     for name, found, unit in (
-        ("a pose, its farthest joint", poses, "cm"), ("a place", places, "cm"), ("a heading by the hips", faces, "°"),
-        ("a hand held in place", held, "cm"), ("a hand held before the body", bodily, "cm"),
-    ):  # fmt: skip
+        ("a pose, its farthest joint", poses, "cm"),
+        ("a place", places, "cm"),
+        ("a heading by the hips", faces, "°"),
+        ("a hand held in place", held, "cm"),
+        ("a hand held before the body", bodily, "cm"),
+    ):
         factor = 100 if unit == "cm" else 1
         print(
-            f"| {name} | {factor * np.mean(found):.1f} {unit} | {factor * np.max(found):.1f} {unit} |"
+            f"| {name} | {factor * np.mean(found):.1f} {unit} | {factor * np.max(found):.1f} "
+            f"{unit} |"
         )
 
 
@@ -219,9 +228,8 @@ def main() -> None:
     options = parser.parse_args()
     model = MotionModel.load("cmu-fine")
     print(
-        "| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognized | time |\n"
-        + "|---" * 10
-        + "|"
+        "| action | path | mean cm | worst cm | end cm | skating | slide mm | jitter | recognized "
+        "| time |\n" + "|---" * 10 + "|"
     )
     for action in FAMILY:
         along_paths(model, action, options.seeds, options.data)

@@ -257,9 +257,12 @@ class ObjectStore:
         self._process = process, port
         self._make_bucket(port)
         self.environment |= {
-            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ALLOW_HTTP": "true", "AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y",
+            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}",
+            "AWS_ALLOW_HTTP": "true",
+            "AWS_ACCESS_KEY_ID": "x",
+            "AWS_SECRET_ACCESS_KEY": "y",
             "AWS_REGION": "us-east-1",
-        }  # fmt: skip
+        }
 
     @staticmethod
     def _make_bucket(port: int) -> None:
@@ -356,10 +359,11 @@ def disturbed(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
         digests(folder / "disturbed" / "out"),
     )
     return told | {
-        "videos": sum(path.endswith("video.mp4") for path in calm_files), "files": len(calm_files),
+        "videos": sum(path.endswith("video.mp4") for path in calm_files),
+        "files": len(calm_files),
         "files equal": sum(rough_files.get(path) == digest for path, digest in calm_files.items()),
         "files of one run only": len(set(calm_files) ^ set(rough_files)),
-    }  # fmt: skip
+    }
 
 
 def family_time(process: subprocess.Popen[bytes]) -> float:
@@ -489,10 +493,12 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
                 sizes[who].append(_resident())
         seconds[who] = time.perf_counter() - begun
     return {
-        "jobs": given.memory, "frames": given.frames, "size": given.size,
+        "jobs": given.memory,
+        "frames": given.frames,
+        "size": given.size,
         **{f"{who} MB": [round(size / 1e6, 1) for size in sizes[who]] for who in sizes},
         **{f"{who} jobs a second": round(given.memory / seconds[who], 1) for who in sizes},
-    }  # fmt: skip
+    }
 
 
 def _resident() -> int:

@@ -26,8 +26,13 @@ from a2v.perception import find_person
 from a2v.types import OrthographicCamera
 
 JOINTS = {
-    "Arm": "upperarm01", "ForeArm": "lowerarm01", "Hand": "wrist", "UpLeg": "upperleg01", "Leg": "lowerleg01", "Foot": "foot",
-}  # fmt: skip
+    "Arm": "upperarm01",
+    "ForeArm": "lowerarm01",
+    "Hand": "wrist",
+    "UpLeg": "upperleg01",
+    "Leg": "lowerleg01",
+    "Foot": "foot",
+}
 """The avatars' joints (behind Left and Right) and Anny's."""
 
 

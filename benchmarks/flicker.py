@@ -123,14 +123,17 @@ def main() -> None:
         }
         rows.append(row)
     print(
-        f"{options.frames} frames at {options.fps:g} a second, {options.size} px, 8 spp, truth {options.truth} spp; levels of 255; {time.process_time() - start:.0f} CPU s"
+        f"{options.frames} frames at {options.fps:g} a second, {options.size} px, 8 spp, truth "
+        f"{options.truth} spp; levels of 255; {time.process_time() - start:.0f} CPU s"
     )
     print(
-        "| | flicker, person | flicker, ground | error, person | error, ground |\n|---|---|---|---|---|"
+        "| | flicker, person | flicker, ground | error, person | error, ground "
+        "|\n|---|---|---|---|---|"
     )
     for row in rows:
         print(
-            f"| {row['name']} | {row['flicker_person']} | {row['flicker_ground']} | {row['error_person']} | {row['error_ground']} |"
+            f"| {row['name']} | {row['flicker_person']} | {row['flicker_ground']} | "
+            f"{row['error_person']} | {row['error_ground']} |"
         )
     if options.out:
         options.out.write_text(json.dumps(rows, indent=2) + "\n")

@@ -26,8 +26,10 @@ EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
 }
 STEADY = {
-    "cmu": ("Walk", "Run", "Dance"), "cmu-fine": ("Walk", "Run", "Jog", "March", "Salsa", "Sneak"), "humanact12": ("walk", "run", "boxing"),
-}  # fmt: skip
+    "cmu": ("Walk", "Run", "Dance"),
+    "cmu-fine": ("Walk", "Run", "Jog", "March", "Salsa", "Sneak"),
+    "humanact12": ("walk", "run", "boxing"),
+}
 
 
 def transitions(name: str, data: Path, clips: int) -> tuple[float, float, float]:
@@ -126,7 +128,8 @@ def main() -> None:
             before, after = speeds(name, action, 16)
             print(f"| {name} | {action} | {before:.2f} | {after:.2f} |")
     print(
-        "\n| model | second action recognized from the change on | once the first has faded | the same action alone |\n|---|---|---|---|"
+        "\n| model | second action recognized from the change on | once the first has faded | the "
+        "same action alone |\n|---|---|---|---|"
     )
     for name, file in EVALUATORS.items():
         if (options.data / "evaluators" / file).is_file():

@@ -61,7 +61,8 @@ def main() -> None:
     table = np.array(rows)
     print(f"{len(table)} cycles of {np.median(table[:, 2]):.1f} s (median)")
     print(
-        f"acceleration at the seam: median {np.median(table[:, 0]):.2f}, over 1.2 in {(table[:, 0] > 1.2).mean():.3f}, most {table[:, 0].max():.2f}"
+        f"acceleration at the seam: median {np.median(table[:, 0]):.2f}, over 1.2 in "
+        f"{(table[:, 0] > 1.2).mean():.3f}, most {table[:, 0].max():.2f}"
     )
     print(
         f"speed over the clip's: median {np.median(table[:, 1]):.2f}, least {table[:, 1].min():.2f}"

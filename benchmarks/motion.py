@@ -242,9 +242,16 @@ def dataset_like_humanact12() -> ActionDataset:
         clips.append(forward_kinematics(turns, root, lengths, HUMANACT12).astype(np.float32))
     names = tuple(map(str, range(len(clips))))
     return ActionDataset(
-        name="benchmark", skeleton=HUMANACT12, actions=tuple(f"action {i}" for i in range(12)), joints=tuple(clips),
-        labels=np.arange(len(clips)) % 12, clip_names=names, subjects=names, fps=20.0, length=FRAMES,
-    )  # fmt: skip
+        name="benchmark",
+        skeleton=HUMANACT12,
+        actions=tuple(f"action {i}" for i in range(12)),
+        joints=tuple(clips),
+        labels=np.arange(len(clips)) % 12,
+        clip_names=names,
+        subjects=names,
+        fps=20.0,
+        length=FRAMES,
+    )
 
 
 def batch_of(
@@ -547,38 +554,48 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
     """Everything as Markdown."""
     machine = results["machine"]
     lines = [
-        f"{machine['processor']}, {options.threads} thread{'s' if options.threads > 1 else ''}; torch {machine['torch']}, onnxruntime "
-        f"{machine['onnxruntime']}; {'CPU seconds' if options.clock == 'cpu' else 'wall clock'}, medians (least–most) of {options.repeats} runs in turns; load average before: {machine['load']:.1f}",
+        f"{machine['processor']}, {options.threads} thread{'s' if options.threads > 1 else ''}; "
+        f"torch {machine['torch']}, onnxruntime "
+        f"{machine['onnxruntime']}; {'CPU seconds' if options.clock == 'cpu' else 'wall clock'}, "
+        f"medians (least–most) of {options.repeats} runs in turns; load average before: "
+        f"{machine['load']:.1f}",
         "",
     ]
     if "training" in results:
         seconds = results["training"]["seconds"]
         base = middle(seconds["plain loop"])
         lines += [
-            f"Training of {options.decoder}, batch {BATCH}, {FRAMES} frames (largest difference of the poses {results['training']['largest_difference']:.1g}):",
+            f"Training of {options.decoder}, batch {BATCH}, {FRAMES} frames (largest difference of "
+            f"the poses {results['training']['largest_difference']:.1g}):",
             "",
             "| | s an iteration | iterations/s | × plain loop |",
             "|---|---|---|---|",
         ]
         lines += [
-            f"| {name} | {spread(values)} | {1 / middle(values):.3g} | {base / middle(values):.1f} |"
+            f"| {name} | {spread(values)} | {1 / middle(values):.3g} | {base / middle(values):.1f} "
+            "|"
             for name, values in seconds.items()
         ]
         lines.append("")
     if "sampling" in results:
         loop = middle(results["sampling"]["plain_loop_one_clip"])
         lines += [
-            f"Sampling of {FRAMES} frames with onnxruntime; a plain PyTorch loop over frames, chains and joints takes "
-            f"{spread(results['sampling']['plain_loop_one_clip'], 1000)} ms for one clip of {options.decoder}:",
+            f"Sampling of {FRAMES} frames with onnxruntime; a plain PyTorch loop over frames, "
+            "chains and joints takes "
+            f"{spread(results['sampling']['plain_loop_one_clip'], 1000)} ms for one clip of "
+            f"{options.decoder}:",
             "",
-            f"| | one clip, ms | × plain loop | {CLIPS:,} clips, s | GFLOP/s | products alone, s | GFLOP/s | share of that rate |",
+            f"| | one clip, ms | × plain loop | {CLIPS:,} clips, s | GFLOP/s | products alone, s | "
+            "GFLOP/s | share of that rate |",
             "|---|---|---|---|---|---|---|---|",
         ]
         for name, row in results["sampling"]["models"].items():
             clips, products = middle(row["clips"]), middle(row["products"])
             lines.append(
-                f"| {name} | {spread(row['one_clip'], 1000)} | {loop / middle(row['one_clip']):.0f} | {spread(row['clips'])} | "
-                f"{row['flop'] / clips / 1e9:.1f} | {spread(row['products'])} | {row['flop'] / products / 1e9:.1f} | {100 * products / clips:.0f} % |"
+                f"| {name} | {spread(row['one_clip'], 1000)} | "
+                f"{loop / middle(row['one_clip']):.0f} | {spread(row['clips'])} | "
+                f"{row['flop'] / clips / 1e9:.1f} | {spread(row['products'])} | "
+                f"{row['flop'] / products / 1e9:.1f} | {100 * products / clips:.0f} % |"
             )
         lines.append("")
     if "first_sample" in results:
@@ -589,7 +606,8 @@ def tables(results: dict[str, Any], options: argparse.Namespace) -> str:
             "|---|---|---|---|",
         ]
         lines += [
-            f"| {name} | {spread(row['seconds'])} | {spread(row['whole_process'])} | {'yes' if row['torch'] else 'no'} |"
+            f"| {name} | {spread(row['seconds'])} | {spread(row['whole_process'])} | "
+            f"{'yes' if row['torch'] else 'no'} |"
             for name, row in results["first_sample"].items()
         ]
         lines.append("")
@@ -632,10 +650,13 @@ def main() -> int:
     torch.manual_seed(0)
     results: dict[str, Any] = {
         "machine": {
-            "processor": processor(), "cores": os.cpu_count(), "load": os.getloadavg()[0], "torch": str(torch.__version__),
+            "processor": processor(),
+            "cores": os.cpu_count(),
+            "load": os.getloadavg()[0],
+            "torch": str(torch.__version__),
             "onnxruntime": importlib.metadata.version("onnxruntime"),
         }
-    }  # fmt: skip
+    }
     for name, measure in (
         ("first_sample", first_sample),
         ("sampling", sampling),

@@ -80,10 +80,12 @@ def main() -> int:
     first = [seconds for seconds, _ in results]
     later = [milliseconds for _, taken in results for milliseconds in taken]
     print(
-        f"first clip {statistics.median(first):6.2f} s median, {max(first):.2f} s most of {len(first)} (bar: 3 s)"
+        f"first clip {statistics.median(first):6.2f} s median, {max(first):.2f} s most of "
+        f"{len(first)} (bar: 3 s)"
     )
     print(
-        f"later ones {statistics.median(later):6.0f} ms median, {max(later):.0f} ms most of {len(later)} (bar: 200 ms)"
+        f"later ones {statistics.median(later):6.0f} ms median, {max(later):.0f} ms most of "
+        f"{len(later)} (bar: 200 ms)"
     )
     return 0
 

@@ -59,7 +59,8 @@ def paints(browser: Browser, address: str, repeats: int) -> None:
     for name in ("first-contentful-paint", "largest"):
         times = [one[name] for one in seen]
         print(
-            f"{name:<24} {statistics.median(times):6.2f} s median, {max(times):.2f} s most of {repeats} (bar: 1 s)"
+            f"{name:<24} {statistics.median(times):6.2f} s median, {max(times):.2f} s most of "
+            f"{repeats} (bar: 1 s)"
         )
 
 
@@ -96,7 +97,8 @@ def moving(page: Page, photo: Path, server: psutil.Process) -> None:
 
     def seen(what: str) -> None:
         print(
-            f"{what:<30} {time.perf_counter() - started:6.1f} s by the clock, {processor_seconds(server) - before:.1f} s of processors",
+            f"{what:<30} {time.perf_counter() - started:6.1f} s by the clock, "
+            f"{processor_seconds(server) - before:.1f} s of processors",
             flush=True,
         )
 
@@ -175,7 +177,8 @@ def main() -> int:
                     before = processor_seconds(server)
                     seconds = video(page, action, 3600)
                     print(
-                        f"{name + ', ' + action:<30} {seconds:6.1f} s by the clock (bar: 10 s), {processor_seconds(server) - before:.1f} s of processors"
+                        f"{name + ', ' + action:<30} {seconds:6.1f} s by the clock (bar: 10 s), "
+                        f"{processor_seconds(server) - before:.1f} s of processors"
                     )
                 browser.close()
         finally:

@@ -81,7 +81,8 @@ def main() -> None:
         f"{'all':<12}{'':>6}{'':>18}{first['seconds']:>8.1f}{first['peak_memory_mb']:>9.0f}{'':>11}{second['seconds']:>8.1f}"
     )
     print(
-        f"{first['machine']['cores']} cores, {given.frames} frames, {len(first['parameters']['render']['views'])} views, {given.size} px"
+        f"{first['machine']['cores']} cores, {given.frames} frames, "
+        f"{len(first['parameters']['render']['views'])} views, {given.size} px"
     )
     if given.out:
         given.out.parent.mkdir(parents=True, exist_ok=True)

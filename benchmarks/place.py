@@ -94,7 +94,8 @@ def main() -> None:
     if options.sheets is not None:
         options.sheets.mkdir(parents=True, exist_ok=True)
     print(
-        "| photo | outline IoU | PSNR over the person, dB | soles below the feet, % of height | CPU s, not remembered |\n|---|---|---|---|---|"
+        "| photo | outline IoU | PSNR over the person, dB | soles below the feet, % of height | "
+        "CPU s, not remembered |\n|---|---|---|---|---|"
     )
     for photo in options.photos:
         print(measure(photo, options.size, options.sheets), flush=True)

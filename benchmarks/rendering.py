@@ -121,14 +121,29 @@ def theirs(
         given, made = Path(name) / "scene.npz", Path(name) / "pictures.npz"
         np.savez(
             given,
-            vertices=surface.vertices, faces=surface.faces, uv=surface.uv, texture=surface.texture,
-            ground=scene.ground_albedo, fill=srgb_to_linear(np.array(scene.background)),
-            sun=np.array(scene.sun), sun_direction=np.array(scene.sun_direction), sun_angle=np.radians(scene.sun_angle),
-            spot_radius=scene.spot_radius, spot_radiance=np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2,
-            spot_position=np.array([camera.target[0], 0, camera.target[2]]) + scene.spot_position, target=np.array(camera.target),
-            axes=camera.axes, origin=np.array(camera.origin), fov=np.radians(camera.fov),
-            size=settings.size, threads=settings.threads, bounces=scene.bounces, plan=plan,
-        )  # fmt: skip
+            vertices=surface.vertices,
+            faces=surface.faces,
+            uv=surface.uv,
+            texture=surface.texture,
+            ground=scene.ground_albedo,
+            fill=srgb_to_linear(np.array(scene.background)),
+            sun=np.array(scene.sun),
+            sun_direction=np.array(scene.sun_direction),
+            sun_angle=np.radians(scene.sun_angle),
+            spot_radius=scene.spot_radius,
+            spot_radiance=np.array(scene.spot)
+            * (reach**2 + scene.spot_radius**2)
+            / scene.spot_radius**2,
+            spot_position=np.array([camera.target[0], 0, camera.target[2]]) + scene.spot_position,
+            target=np.array(camera.target),
+            axes=camera.axes,
+            origin=np.array(camera.origin),
+            fov=np.radians(camera.fov),
+            size=settings.size,
+            threads=settings.threads,
+            bounces=scene.bounces,
+            plan=plan,
+        )
         script = str(Path(__file__).with_name("rendering_cycles.py"))
         child = subprocess.run(
             [python, script, str(given), str(made)],
@@ -238,7 +253,8 @@ def main() -> int:
     for name, part in (("Mitsuba 3 (a2v)", a), ("Cycles", b)):
         for row in part["rows"] if part else []:
             print(
-                f"| {name} | {row['spp']} | {'yes' if row['denoised'] else 'no'} | {row['psnr']:.2f} | {row['cpu']:.2f} | {row['wall']:.2f} |"
+                f"| {name} | {row['spp']} | {'yes' if row['denoised'] else 'no'} | "
+                f"{row['psnr']:.2f} | {row['cpu']:.2f} | {row['wall']:.2f} |"
             )
     if b:
         print(f"\nThe two references agree to {result['cycles']['references_psnr']:.1f} dB.")
@@ -249,7 +265,8 @@ def main() -> int:
                 else "not reached"
             )
             print(
-                f"at {row['psnr']:.2f} dB: ours {row['mitsuba']:.2f} s ({row['mitsuba_spp']} spp), Cycles {cost}"
+                f"at {row['psnr']:.2f} dB: ours {row['mitsuba']:.2f} s ({row['mitsuba_spp']} spp), "
+                f"Cycles {cost}"
             )
     else:
         print(

@@ -113,12 +113,15 @@ def main() -> None:
             path.write_bytes(archive.read(name))
             rows.append(measure(read_bvh(path)))
     print(
-        f"{len(rows)} recordings; medians\n\n| {LOW} to {HIGH} fps | mean error, cm | 99 % | speeds off by | jitter over real | slide over real | under it, mm |\n|---|---|---|---|---|---|---|"
+        f"{len(rows)} recordings; medians\n\n| {LOW} to {HIGH} fps | mean error, cm | 99 % | "
+        "speeds off by | jitter over real | slide over real | under it, mm "
+        "|\n|---|---|---|---|---|---|---|"
     )
     for way in WAYS:
         mean, most, off, shake, slid, under = np.median([row[way] for row in rows], axis=0)
         print(
-            f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} | {slid:.2f} | {under:.2f} |"
+            f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} | {slid:.2f} | "
+            f"{under:.2f} |"
         )
 
 

@@ -72,7 +72,8 @@ def main() -> int:
     data = Path(os.environ.get("A2V_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
     body = make_body(load_body_model(), grounded=True)
     lines = [
-        "| | error, raw / clean (cm) | against plain bone directions | skating, source / raw / clean | penetration, raw / clean (mm) | hover, raw / clean (mm) |",
+        "| | error, raw / clean (cm) | against plain bone directions | skating, source / raw / "
+        "clean | penetration, raw / clean (mm) | hover, raw / clean (mm) |",
         "|---|---|---|---|---|---|",
     ]
     for name, clips in sources(data, given.clips, given.seed):
@@ -90,8 +91,10 @@ def main() -> int:
         (error, plain, skates, deep, hover), clean = np.mean(rows, axis=0)
         source = float(np.mean([physics_metrics(clip, floor=None).skating for clip in clips]))
         lines.append(
-            f"| {name} | {100 * error:.1f} / {100 * clean[0]:.1f} | {100 * plain:.1f} / {100 * clean[1]:.1f} | {source:.3f} / {skates:.3f} / {clean[2]:.3f} "
-            f"| {1000 * deep:.1f} / {1000 * clean[3]:.1f} | {1000 * hover:.0f} / {1000 * clean[4]:.0f} |"
+            f"| {name} | {100 * error:.1f} / {100 * clean[0]:.1f} | {100 * plain:.1f} / "
+            f"{100 * clean[1]:.1f} | {source:.3f} / {skates:.3f} / {clean[2]:.3f} "
+            f"| {1000 * deep:.1f} / {1000 * clean[3]:.1f} | {1000 * hover:.0f} / "
+            f"{1000 * clean[4]:.0f} |"
         )
         print(lines[-1], file=sys.stderr)
     text = "\n".join(lines) + "\n"

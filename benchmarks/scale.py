@@ -81,13 +81,18 @@ def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str,
     counts = (people, actions, people * actions)
     total = max(driver, ends[-1])
     return {
-        "workers": workers, "hours": round(total / 3600, 2),
-        "efficiency": round(sum(n * s for n, s in zip(counts, costs.seconds, strict=True)) / (total * workers), 3),
+        "workers": workers,
+        "hours": round(total / 3600, 2),
+        "efficiency": round(
+            sum(n * s for n, s in zip(counts, costs.seconds, strict=True)) / (total * workers), 3
+        ),
         "requests": sum(n * r for n, r in zip(counts, costs.requests, strict=True)),
-        "requests a second": round(sum(n * r for n, r in zip(counts, costs.requests, strict=True)) / total, 2),
+        "requests a second": round(
+            sum(n * r for n, r in zip(counts, costs.requests, strict=True)) / total, 2
+        ),
         "GB sent": round(sum(n * m for n, m in zip(counts, costs.megabytes, strict=True)) / 1e3, 1),
         "driver busy": round(counts[2] * costs.driver / total, 4),
-    }  # fmt: skip
+    }
 
 
 def measure(given: argparse.Namespace) -> dict[str, Any]:
@@ -196,13 +201,25 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     }
     wall, together, _ = go("together", read, "local", given.workers)
     return {
-        "people": given.people, "actions": given.actions, "frames": given.frames, "size": given.size, "light": given.light,
-        "seconds alone": {kind: [round(value, 2) for value in values] for kind, values in spent.items()}, "wall alone": round(alone, 1),
-        "requests and MB sent each": per_kind, "driver seconds a video": round(driver, 3),
-        "mean seconds together": {kind: round(sum(values) / len(values), 2) for kind, values in together.items()},
-        "workers": given.workers, "wall": round(wall, 1), "wall as simulated from the sample": round(costs(spent, given.workers), 1),
+        "people": given.people,
+        "actions": given.actions,
+        "frames": given.frames,
+        "size": given.size,
+        "light": given.light,
+        "seconds alone": {
+            kind: [round(value, 2) for value in values] for kind, values in spent.items()
+        },
+        "wall alone": round(alone, 1),
+        "requests and MB sent each": per_kind,
+        "driver seconds a video": round(driver, 3),
+        "mean seconds together": {
+            kind: round(sum(values) / len(values), 2) for kind, values in together.items()
+        },
+        "workers": given.workers,
+        "wall": round(wall, 1),
+        "wall as simulated from the sample": round(costs(spent, given.workers), 1),
         "wall as simulated from its own times": round(costs(together, given.workers), 1),
-    }  # fmt: skip
+    }
 
 
 def overhead(folder: Path, nodes: int) -> dict[str, Any]:
@@ -228,10 +245,15 @@ def overhead(folder: Path, nodes: int) -> dict[str, Any]:
         )
         calls = sum(stats.calls for stats in outcome.nodes.values())
         cached = sum(stats.cached for stats in outcome.nodes.values())
-        spent.append({
-            "nodes": calls, "remembered": cached, "processor seconds": round(time.process_time() - begun, 2),
-            "seconds": round(time.perf_counter() - clock, 2), "ms a node": round((time.process_time() - begun) / calls * 1e3, 3),
-        })  # fmt: skip
+        spent.append(
+            {
+                "nodes": calls,
+                "remembered": cached,
+                "processor seconds": round(time.process_time() - begun, 2),
+                "seconds": round(time.perf_counter() - clock, 2),
+                "ms a node": round((time.process_time() - begun) / calls * 1e3, 3),
+            }
+        )
     return {"computed": spent[0], "remembered": spent[1]}
 
 

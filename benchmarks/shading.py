@@ -106,13 +106,15 @@ def _against(colors: FloatArray, true: FloatArray) -> tuple[float, float]:
 def told(rows: list[Row]) -> str:
     """The table and the means under it."""
     lines = [
-        "| photo | error, with shading | without | PSNR dB, with | without | ground at the feet, ° | soles | found |",
+        "| photo | error, with shading | without | PSNR dB, with | without | ground at the feet, ° "
+        "| soles | found |",
         "|---|" + "---|" * 7,
     ]
     for row in rows:
         a, b, c = row.angle
         lines.append(
-            f"| {row.name} | {row.error[0]:.3f} | {row.error[1]:.3f} | {row.psnr[0]:.1f} | {row.psnr[1]:.1f} | {a:.0f} | {b:.0f} | {c:.0f} |"
+            f"| {row.name} | {row.error[0]:.3f} | {row.error[1]:.3f} | {row.psnr[0]:.1f} | "
+            f"{row.psnr[1]:.1f} | {a:.0f} | {b:.0f} | {c:.0f} |"
         )
     error, psnr, angle = (
         np.array([getattr(row, name) for row in rows]) for name in ("error", "psnr", "angle")
@@ -120,10 +122,12 @@ def told(rows: list[Row]) -> str:
     usual = np.degrees(np.arctan(find_viewpoint(None).slope))
     off = [np.abs(angle[:, 0] - x).mean() for x in (0, usual, angle[:, 1], angle[:, 2])]
     lines.append(
-        f"\nmeans of {len(rows)}: error {error.mean(axis=0).round(3)}, PSNR {psnr.mean(axis=0).round(2)} dB"
+        f"\nmeans of {len(rows)}: error {error.mean(axis=0).round(3)}, PSNR "
+        f"{psnr.mean(axis=0).round(2)} dB"
     )
     lines.append(
-        f"better in {(error[:, 1] < error[:, 0]).sum()}; the worst becomes {(error[:, 1] / error[:, 0]).max():.2f} times what it was"
+        f"better in {(error[:, 1] < error[:, 0]).sum()}; the worst becomes "
+        f"{(error[:, 1] / error[:, 0]).max():.2f} times what it was"
     )
     lines.append(
         "degrees off: level {:.1f}, the usual slope {:.1f}, soles alone {:.1f}, found {:.1f}".format(

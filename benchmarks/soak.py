@@ -53,9 +53,19 @@ WARM_SECONDS = 120.0
 SETTLED_SECONDS = 140.0
 """After a removal, until what stopped computations left is gone (`pipelines.serve.desk`)."""
 RUBBISH: tuple[object, ...] = (
-    None, [], {}, "Walk", {"photo": "x"}, {"wish": {"action": "Walk\ud800"}}, {"model": "cmu", "text": "\udfff"}, {"photo": [], "wish": []}, [[[[]]]],
-    {"photo": "../..", "wish": {"action": "Walk", "size": 10**9}}, {"model": "cmu", "text": "\x00\u202e" * 99}, {"text": "z" * 60000},
-)  # fmt: skip
+    None,
+    [],
+    {},
+    "Walk",
+    {"photo": "x"},
+    {"wish": {"action": "Walk\ud800"}},
+    {"model": "cmu", "text": "\udfff"},
+    {"photo": [], "wish": []},
+    [[[[]]]],
+    {"photo": "../..", "wish": {"action": "Walk", "size": 10**9}},
+    {"model": "cmu", "text": "\x00\u202e" * 99},
+    {"text": "z" * 60000},
+)
 
 
 @contextlib.contextmanager
@@ -93,9 +103,16 @@ class Client(threading.Thread):
         self._draw = random.Random(f"{seed} {number}")
         self._hostile = hostile_uploads()
         self._acts: dict[Callable[[], None], float] = {
-            self._upload: 3, self._order: 3, self._cancel: 3, self._remove: 3, self._rubbish: 4, self._hang_up: 4, self._poll: 8, self._download: 1,
+            self._upload: 3,
+            self._order: 3,
+            self._cancel: 3,
+            self._remove: 3,
+            self._rubbish: 4,
+            self._hang_up: 4,
+            self._poll: 8,
+            self._download: 1,
             self._idle: 2,
-        }  # fmt: skip
+        }
 
     def run(self) -> None:
         """Act."""
@@ -312,10 +329,17 @@ def afterwards(server: Server, folder: Path) -> dict[str, Any]:
     ]
     calls = {path.parent.parent.name for path in (folder / "store" / "calls").rglob("*.json")}
     return {
-        "listed": listed, "removed": Counter(map(str, removed)), "upload": status, "looked": looked, "made": made and last.get("status"),
-        "problem": last.get("problem"), "film": [film[0], len(film[2])], "forgotten": json.loads(gone[2]), "left in the page's folder": left,
+        "listed": listed,
+        "removed": Counter(map(str, removed)),
+        "upload": status,
+        "looked": looked,
+        "made": made and last.get("status"),
+        "problem": last.get("problem"),
+        "film": [film[0], len(film[2])],
+        "forgotten": json.loads(gone[2]),
+        "left in the page's folder": left,
         "remembered calls that are left": sorted(calls),
-    }  # fmt: skip
+    }
 
 
 def seconds_to_end(server: Server) -> float | None:
@@ -364,9 +388,14 @@ def storm(given: argparse.Namespace, server: Server, folder: Path, mounted: bool
         client.join(90)
     last = sum(sizes[-20:]) / 20
     return {
-        "answers": dict(sorted(figures.items())), "clients that hang": sum(client.is_alive() for client in clients),
-        "server MB": {"after two minutes": round(first, 1), "at the end": round(last, 1), "most": round(max(sizes), 1)},
-    }  # fmt: skip
+        "answers": dict(sorted(figures.items())),
+        "clients that hang": sum(client.is_alive() for client in clients),
+        "server MB": {
+            "after two minutes": round(first, 1),
+            "at the end": round(last, 1),
+            "most": round(max(sizes), 1),
+        },
+    }
 
 
 def main() -> int:

@@ -150,13 +150,17 @@ def main() -> None:
         counts, bad = count(own, resolve, actions)
         share = counts["served"] / max(counts["servable"], 1)
         print(
-            f"{name}, {half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}"
+            f"{name}, {half}: {len(own)} prompts, wrong {counts['wrong']} "
+            f"({counts['wrong'] / len(own):.1%}), served {counts['served']} of "
+            f"{counts['servable']} servable ({share:.1%}), refused rightly "
+            f"{counts['refused right']}"
         )
         if options.show and half == HALVES[0]:
             print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
     first = read_rows("first_fifty.csv")
     print(
-        f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} are served; {len(actions)} actions"
+        f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} "
+        f"are served; {len(actions)} actions"
     )
 
 

@@ -80,7 +80,8 @@ def export_bodymap(
         )
     if blend < 1 and not initial:
         raise InputError(
-            "blend mixes the trained weights with those of bodymap.initial; give it too, or leave blend out"
+            "blend mixes the trained weights with those of bodymap.initial; give it too, or leave "
+            "blend out"
         )
     network, facts = load_network(run)
     if blend < 1:

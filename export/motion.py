@@ -175,9 +175,13 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
     """The step as ONNX, with a dynamic batch."""
     batch, joints, hidden = 2, model.skeleton.n_joints, model.settings.hidden_size
     arguments = (
-        torch.randn(batch, joints, 3), *(torch.randn(batch, hidden) for _ in range(4)), torch.randn(batch, model.settings.latent_size),
-        torch.randn(batch, model.n_actions), torch.rand(batch, 1), torch.rand(joints - 1, batch),
-    )  # fmt: skip
+        torch.randn(batch, joints, 3),
+        *(torch.randn(batch, hidden) for _ in range(4)),
+        torch.randn(batch, model.settings.latent_size),
+        torch.randn(batch, model.n_actions),
+        torch.rand(batch, 1),
+        torch.rand(joints - 1, batch),
+    )
     names = [*STATE_NAMES, "noise", "action", "time", "lengths"]
     outputs = [f"{name}_out" for name in STATE_NAMES]
     if _keeps_turns(model):

@@ -53,9 +53,16 @@ class FieldGraph(nn.Module):
         self.coarse, self.fine = shape.field, detail.field
 
     def forward(
-        self, features: Tensor, maps: Tensor, fine: Tensor, guide: Tensor,
-        place: Tensor, depth: Tensor, guide_distance: Tensor, guide_normals: Tensor,
-    ) -> tuple[Tensor, Tensor]:  # fmt: skip
+        self,
+        features: Tensor,
+        maps: Tensor,
+        fine: Tensor,
+        guide: Tensor,
+        place: Tensor,
+        depth: Tensor,
+        guide_distance: Tensor,
+        guide_normals: Tensor,
+    ) -> tuple[Tensor, Tensor]:
         """Distances (1, N), meters."""
         values = point_values(maps, guide, place, depth, guide_distance, guide_normals)
         coarse, context = self.coarse(features, values, place)
@@ -70,9 +77,17 @@ class ColorsGraph(nn.Module):
         self.painter = painter
 
     def forward(
-        self, color_features: Tensor, maps: Tensor, photo_half: Tensor, guide: Tensor,
-        place: Tensor, depth: Tensor, guide_distance: Tensor, guide_normals: Tensor, normals: Tensor,
-    ) -> Tensor:  # fmt: skip
+        self,
+        color_features: Tensor,
+        maps: Tensor,
+        photo_half: Tensor,
+        guide: Tensor,
+        place: Tensor,
+        depth: Tensor,
+        guide_distance: Tensor,
+        guide_normals: Tensor,
+        normals: Tensor,
+    ) -> Tensor:
         """sRGB (1, N, 3) in [0, 1]."""
         values = point_values(maps, guide, place, depth, guide_distance, guide_normals)
         colors: Tensor = self.painter(color_features, photo_half, values, normals, place)
@@ -126,16 +141,25 @@ def export_reconstruction(
     )
     point_names = ["place", "depth", "guide_distance", "guide_normals"]
     graphs: dict[str, tuple[nn.Module, tuple[Tensor, ...], list[str], list[str]]] = {
-        MAPS_FILE: (maps_graph, (photo, half, guide), ["photo", "photo_half", "guide"], ["features", "maps", "fine", "color_features"]),
+        MAPS_FILE: (
+            maps_graph,
+            (photo, half, guide),
+            ["photo", "photo_half", "guide"],
+            ["features", "maps", "fine", "color_features"],
+        ),
         FIELD_FILE: (
-            FieldGraph(shape, detail).eval(), (features, maps, fine, guide, *asked),
-            ["features", "maps", "fine", "guide", *point_names], ["distance", "coarse_distance"],
+            FieldGraph(shape, detail).eval(),
+            (features, maps, fine, guide, *asked),
+            ["features", "maps", "fine", "guide", *point_names],
+            ["distance", "coarse_distance"],
         ),
         COLORS_FILE: (
-            ColorsGraph(painter).eval(), (color_features, maps, half, guide, *asked, torch.zeros(1, count, 3)),
-            ["color_features", "maps", "photo_half", "guide", *point_names, "normals"], ["colors"],
+            ColorsGraph(painter).eval(),
+            (color_features, maps, half, guide, *asked, torch.zeros(1, count, 3)),
+            ["color_features", "maps", "photo_half", "guide", *point_names, "normals"],
+            ["colors"],
         ),
-    }  # fmt: skip
+    }
     metadata = {"format": FORMAT, "licence": license, **(extra or {})}
     written = []
     for name, (graph, arguments, inputs, outputs) in graphs.items():

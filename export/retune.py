@@ -54,7 +54,8 @@ def retune(
         raise InputError(f"{source} is no window flow of a2v")
     if not guidance >= 0 or guidance == 1:
         raise InputError(
-            f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the graph is another one"
+            f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the "
+            "graph is another one"
         )
     own = dict(said.get("temperature_factors", {}) if factors is None else factors)
     if unknown := sorted(set(own) - set(said["actions"])):
@@ -67,14 +68,18 @@ def retune(
     products = [(node, side) for node in graph.node if node.op_type == "Mul" for side in (0, 1)]
     # free + guidance * (pushed - free) and temperature * noise, as the flow and its graph have them
     pushed = [
-        (node, side) for node, side in products
-        if (by := numbers.get(node.input[side])) is not None and by.size == 1 and by.reshape(()) == np.float32(said["guidance"])
+        (node, side)
+        for node, side in products
+        if (by := numbers.get(node.input[side])) is not None
+        and by.size == 1
+        and by.reshape(()) == np.float32(said["guidance"])
         and getattr(makers.get(node.input[1 - side]), "op_type", "") == "Sub"
-    ]  # fmt: skip
+    ]
     cooled = [(node, side) for node, side in products if node.input[1 - side] == "noise"]
     if not pushed or not cooled:
         raise InputError(
-            f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it with one"
+            f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it "
+            "with one"
         )
     by_action = np.array([temperature * own.get(name, 1.0) for name in said["actions"]], np.float32)
     values = {

@@ -84,11 +84,13 @@ class Model:
             )
         except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
             raise ValueError(
-                f"{path} is no motion model of a2v ({type(error).__name__}); give an .onnx file that a2v exported"
+                f"{path} is no motion model of a2v ({type(error).__name__}); give an .onnx file "
+                "that a2v exported"
             ) from None
         if not whole:
             raise ValueError(
-                f"{path} is no motion model that this script knows; expected the format {' or '.join(FORMATS)}"
+                f"{path} is no motion model that this script knows; expected the format "
+                f"{' or '.join(FORMATS)}"
             )
 
     def label(self, action: str) -> int:
@@ -397,7 +399,8 @@ def main(arguments: list[str] | None = None) -> int:
         meta = model.metadata
         if options.action is None:
             print(
-                f"{options.model}: {meta['skeleton']['name']} skeleton, {len(meta['skeleton']['parents'])} joints, {meta['fps']} fps"
+                f"{options.model}: {meta['skeleton']['name']} skeleton, "
+                f"{len(meta['skeleton']['parents'])} joints, {meta['fps']} fps"
             )
             print(f"license: {meta['licence']}\nactions:", *meta["actions"], sep="\n  ")
             return 0
@@ -406,7 +409,8 @@ def main(arguments: list[str] | None = None) -> int:
         frames = meta["frames"] if options.frames is None else options.frames
         if not 1 <= frames <= MOST or not 1 <= options.count <= min(MOST, 1_500_000 // frames):
             raise ValueError(
-                f"--frames and --count must be 1 to {MOST}, and both together at most 1500000 frames"
+                f"--frames and --count must be 1 to {MOST}, and both together at most 1500000 "
+                "frames"
             )
         if options.seed < 0:
             raise ValueError(f"--seed is {options.seed}; expected 0 or more")
@@ -448,7 +452,8 @@ def main(arguments: list[str] | None = None) -> int:
         Exception
     ) as error:  # a foreign graph raises many kinds, and its description may lack anything
         return refused(
-            f"{options.model} cannot be used ({type(error).__name__}: {error}); give an .onnx file that a2v exported"
+            f"{options.model} cannot be used ({type(error).__name__}: {error}); give an .onnx file "
+            "that a2v exported"
         )
 
 

@@ -85,7 +85,8 @@ def check_numbers(found: jsonargparse.Namespace) -> None:
             raise InputError(f"{with_hyphens(f'--{name}')} is {value}; expected a finite number")
         if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
             raise InputError(
-                f"{with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}"
+                f"{with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to "
+                f"{2**32 - 1}"
             )
 
 

@@ -180,7 +180,7 @@ def check_renderer() -> Check:
         return Check(
             name="renderer",
             status="works",
-            about=f"Mitsuba {version} with LLVM {os.environ.get('DRJIT_LIBLLVM_PATH', '')}".rstrip(),
+            about=f"Mitsuba {version} with LLVM {os.environ.get('DRJIT_LIBLLVM_PATH', '')}".rstrip(),  # noqa: E501
         )
     return Check(
         name="renderer",
@@ -223,7 +223,7 @@ def check_memory() -> Check:
     from pipelines.engine.executors import cpu_count
 
     free = psutil.virtual_memory().available
-    about = f"{free / 1e9:.1f} GB free of {psutil.virtual_memory().total / 1e9:.1f}, {cpu_count()} cores"
+    about = f"{free / 1e9:.1f} GB free of {psutil.virtual_memory().total / 1e9:.1f}, {cpu_count()} cores"  # noqa: E501
     if free < MEMORY_NEEDED:
         return Check(
             name="memory",

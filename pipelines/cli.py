@@ -97,7 +97,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(
                 _failure(
                     arguments,
-                    "terminated; what was finished is remembered, the same command goes on from there",
+                    "terminated; what was finished is remembered, the same command goes on from "
+                    "there",
                     TERMINATED,
                 )
             )
@@ -155,7 +156,8 @@ def _sentence(error: BaseException) -> tuple[str, int] | None:
     place = f" ({shorten(str(error.filename))})" if error.filename else ""
     if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
         return (
-            f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR",
+            f"cannot write: {error.strerror}{place}; free some space or choose another --out, "
+            "--cache or TMPDIR",
             2,
         )
     return (f"{error.strerror}{place}; give another name or folder", 2) if error.filename else None
@@ -181,7 +183,8 @@ def _run_as_program(arguments: list[str]) -> Answer:
         ".numba_config.yaml"
     ).exists():  # it may name the folder of a cache, and Numba unpickles what is there
         raise InputError(
-            "the working folder holds a .numba_config.yaml, by which Numba could run code from there; remove it or start in another folder"
+            "the working folder holds a .numba_config.yaml, by which Numba could run code from "
+            "there; remove it or start in another folder"
         )
     if folder := user_cache_folder():
         os.environ.setdefault("MPLCONFIGDIR", str(folder / "matplotlib"))
@@ -350,4 +353,4 @@ Every command takes --json: one JSON object on standard output, for scripts. Exi
 
 examples:
   a2v actions --model cmu
-  a2v video --photo me.jpg --action Walk --out out/walk"""
+  a2v video --photo me.jpg --action Walk --out out/walk"""  # noqa: E501

@@ -55,7 +55,8 @@ class EngineOptions:
             return
         if path.suffix.lower() != ".glb":
             raise InputError(
-                f"--lods and --compress apply to .glb files, not to {path}; write a .glb or leave them out"
+                f"--lods and --compress apply to .glb files, not to {path}; write a .glb or leave "
+                "them out"
             )
         self.levels()
         if self.compress != "none":
@@ -72,7 +73,8 @@ class EngineOptions:
         parts = [part.strip() for part in self.lods.split(",") if part.strip()]
         if bad := [part for part in parts if not part.isdigit()]:
             raise InputError(
-                f"--lods contains '{bad[0]}'; expected numbers of triangles separated by commas, such as 15000,8000"
+                f"--lods contains '{bad[0]}'; expected numbers of triangles separated by commas, "
+                "such as 15000,8000"
             )
         return [EngineSettings(triangles=int(part)).triangles for part in parts]
 

@@ -60,8 +60,8 @@ def follow_folder(
     follow, write : functions
         From one video to its motion, and from a motion to its file.
     rigged : bool
-        Whether the motions go onto a rig. Without one, fingers are left out: all files of a data set
-        must have the same joints.
+        Whether the motions go onto a rig. Without one, fingers are left out: all files of a data
+        set must have the same joints.
 
     Raises
     ------

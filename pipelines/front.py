@@ -303,7 +303,8 @@ def make_video(
         return video_command.make(options, tell=lambda line: None).files[0]
     if target.suffix.lower() != ".mp4":
         raise InputError(
-            f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every file of a video"
+            f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every "
+            "file of a video"
         )
     if film.in_photo:
         raise InputError(

@@ -111,9 +111,18 @@ class RunOptions:
         given = Parameters(parameters)
         with self.listening() as listener:
             return run(
-                targets, graph=graph, executor=self.executor, workers=self.workers, address=self.address, store=Store(self.cache),
-                start=start, overrides=overrides, progress=listener, early=early, **given,
-            )  # fmt: skip
+                targets,
+                graph=graph,
+                executor=self.executor,
+                workers=self.workers,
+                address=self.address,
+                store=Store(self.cache),
+                start=start,
+                overrides=overrides,
+                progress=listener,
+                early=early,
+                **given,
+            )
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Listener]:

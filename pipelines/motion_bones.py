@@ -29,7 +29,8 @@ def bone_scale(text: float | str) -> float | dict[str, float]:
         }
     except ValueError:
         raise InputError(
-            f"bone_scale is '{text}'; expected a number, or parts with numbers such as legs=1.3,arms=0.8"
+            f"bone_scale is '{text}'; expected a number, or parts with numbers such as "
+            "legs=1.3,arms=0.8"
         ) from None
 
 

@@ -23,7 +23,8 @@ class FilmedOptions:
     """A video that gives the motion."""
 
     from_video: str | None = option(
-        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a folder",
+        f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a "
+        "folder",
         default=None,
         metavar="FILE",
     )
@@ -61,11 +62,13 @@ def follow_video(
     ]
     if others:
         raise InputError(
-            f"{others[0]} cannot be given with from_video; the person in the video does what they do"
+            f"{others[0]} cannot be given with from_video; the person in the video does what they "
+            "do"
         )
     if not is_video(filmed.from_video):
         raise InputError(
-            f"{filmed.from_video} has not the name of a video; expected one that ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+            f"{filmed.from_video} has not the name of a video; expected one that ends in "
+            f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         )
     frames = round(LONGEST * plan.fps)
     if plan.frames is not None or plan.seconds is not None:

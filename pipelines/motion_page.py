@@ -46,7 +46,8 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
     others = others + [name for name in ("timeline", "frames") if getattr(plan, name) is not None]
     if others:
         raise InputError(
-            f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and character"
+            f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and "
+            "character"
         )
     model = open_model(plan.model)
     steps = parse_prompt(plan.action, Vocabulary.of(model.card))[0] if plan.action else []
@@ -54,7 +55,12 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
         raise InputError("a page begins with one action; give one --action")
     check_writable(path.parent)
     write_motion_page(
-        path, model, options.character, action=steps[0].action if steps else None, seed=plan.seed,
-        seconds=DEFAULT_SECONDS if plan.seconds is None else plan.seconds, title=f"a2v: {len(model.actions)} actions",
-    )  # fmt: skip
+        path,
+        model,
+        options.character,
+        action=steps[0].action if steps else None,
+        seed=plan.seed,
+        seconds=DEFAULT_SECONDS if plan.seconds is None else plan.seconds,
+        title=f"a2v: {len(model.actions)} actions",
+    )
     return Answer(files=[path], facts={"model": model.path.name, "bytes": path.stat().st_size})

@@ -177,7 +177,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         raise
     except Exception as error:  # of a --config that is no text, too deep, or means something else
         raise InputError(
-            f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help"
+            f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v "
+            f"{command} --help"
         ) from None
     check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
@@ -359,7 +360,8 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
                 )
             if hints[item.name] is str and not isinstance(value, str):  # "name: 1" in a file
                 raise InputError(
-                    f"{with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks"
+                    f"{with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in "
+                    "quotation marks"
                 )
             values[item.name] = (
                 tuple(value) if isinstance(value, list) and "option" in item.metadata else value

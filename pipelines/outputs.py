@@ -60,9 +60,13 @@ def write_results(
         ]
     else:
         written += write_rigged(
-            folder, outcome.get("engine_character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion",
+            folder,
+            outcome.get("engine_character", Character),
+            outcome.get("poses", Poses),
+            rig,
+            name=motion.action or "motion",
             props=outcome.get("props", Props),
-        )  # fmt: skip
+        )
     motion.save(folder / "motion.npz")
     write_page(
         folder / "preview.html",

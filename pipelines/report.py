@@ -16,9 +16,24 @@ from pipelines.engine.executors import cpu_count
 from pipelines.engine.run import Outcome
 
 PACKAGES = (
-    "a2v", "numpy", "scipy", "torch", "onnxruntime", "mediapipe", "opencv-contrib-python", "anny", "open3d-cpu", "open3d", "pymeshlab", "mitsuba", "drjit",
-    "mitsuba-oidn", "av", "pipefunc", "joblib",
-)  # fmt: skip
+    "a2v",
+    "numpy",
+    "scipy",
+    "torch",
+    "onnxruntime",
+    "mediapipe",
+    "opencv-contrib-python",
+    "anny",
+    "open3d-cpu",
+    "open3d",
+    "pymeshlab",
+    "mitsuba",
+    "drjit",
+    "mitsuba-oidn",
+    "av",
+    "pipefunc",
+    "joblib",
+)
 """Packages whose versions a result depends on."""
 
 
@@ -99,9 +114,9 @@ def table(outcome: Outcome) -> str:
     lines = [f"{'node':<12}{'calls':>6}{'remembered':>12}{'seconds':>9}{'cpu s':>8}{'peak MB':>9}"]
     for name, stats in outcome.nodes.items():
         lines.append(
-            f"{name:<12}{stats.calls:>6}{stats.cached:>12}{stats.seconds:>9.2f}{stats.cpu_seconds:>8.2f}{stats.peak_memory / 1e6:>9.0f}"
+            f"{name:<12}{stats.calls:>6}{stats.cached:>12}{stats.seconds:>9.2f}{stats.cpu_seconds:>8.2f}{stats.peak_memory / 1e6:>9.0f}"  # noqa: E501
         )
     lines.append(
-        f"{'all':<12}{'':>6}{'':>12}{outcome.seconds:>9.2f}{sum(stats.cpu_seconds for stats in outcome.nodes.values()):>8.2f}{outcome.peak_memory / 1e6:>9.0f}"
+        f"{'all':<12}{'':>6}{'':>12}{outcome.seconds:>9.2f}{sum(stats.cpu_seconds for stats in outcome.nodes.values()):>8.2f}{outcome.peak_memory / 1e6:>9.0f}"  # noqa: E501
     )
     return "\n".join(lines)

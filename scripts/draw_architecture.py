@@ -220,13 +220,15 @@ class Sheet:
         extra = f' transform="rotate({turn:g} {x:g} {y:g})"' if turn else ""
         weight = ' font-weight="bold"' if bold else ""
         self.parts.append(
-            f'<text x="{x:g}" y="{y:g}" font-size="{size:g}" fill="{color}"{weight}{extra}>{escape(words)}</text>'
+            f'<text x="{x:g}" y="{y:g}" font-size="{size:g}" '
+            f'fill="{color}"{weight}{extra}>{escape(words)}</text>'
         )
 
     def box(self, x: float, y: float, width: float, height: float, fill: str) -> None:
         """A box with round corners."""
         self.parts.append(
-            f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4" fill="{fill}" stroke="{RULE}"/>'
+            f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4" fill="{fill}" '
+            f'stroke="{RULE}"/>'
         )
 
     def line(
@@ -243,13 +245,15 @@ class Sheet:
         """A straight line, with a tip at its end if wanted."""
         end = ' marker-end="url(#tip)"' if arrow else ""
         self.parts.append(
-            f'<line x1="{x:g}" y1="{y:g}" x2="{to_x:g}" y2="{to_y:g}" stroke="{color}" stroke-width="{width:g}"{end}/>'
+            f'<line x1="{x:g}" y1="{y:g}" x2="{to_x:g}" y2="{to_y:g}" stroke="{color}" '
+            f'stroke-width="{width:g}"{end}/>'
         )
 
     def dot(self, x: float, y: float, fill: str) -> None:
         """A small circle."""
         self.parts.append(
-            f'<circle cx="{x:g}" cy="{y:g}" r="4.5" fill="{fill}" stroke="{INK}" stroke-width="1.3"/>'
+            f'<circle cx="{x:g}" cy="{y:g}" r="4.5" fill="{fill}" stroke="{INK}" '
+            'stroke-width="1.3"/>'
         )
 
     def svg(self) -> str:

@@ -116,8 +116,14 @@ def report(name: str, errors: np.ndarray) -> None:
         group: [i for i, landmark in enumerate(BLAZEPOSE) if landmark.endswith(group)]
         for group in GROUPS
     }
-    print(f"{name:>12}: " + ", ".join(f"{group} {100 * np.abs(errors[:, index]).mean():.1f}" for group, index in columns.items())
-          + f"; all {100 * np.abs(errors).mean():.2f} cm")  # fmt: skip
+    print(
+        f"{name:>12}: "
+        + ", ".join(
+            f"{group} {100 * np.abs(errors[:, index]).mean():.1f}"
+            for group, index in columns.items()
+        )
+        + f"; all {100 * np.abs(errors).mean():.2f} cm"
+    )
 
 
 def main() -> None:
@@ -143,10 +149,15 @@ def main() -> None:
         ]
     )
     report("corrected", put)
-    correction = dataclasses.replace(correction, provenance={
-        "training_views": len(training), "validation_views": len(validation), "strength": options.strength,
-        "validation_error_cm": round(float(100 * np.abs(put).mean()), 2),
-    })  # fmt: skip
+    correction = dataclasses.replace(
+        correction,
+        provenance={
+            "training_views": len(training),
+            "validation_views": len(validation),
+            "strength": options.strength,
+            "validation_error_cm": round(float(100 * np.abs(put).mean()), 2),
+        },
+    )
     correction.save(options.out)
     print(options.out)
 

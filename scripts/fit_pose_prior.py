@@ -177,7 +177,8 @@ def main() -> None:
     angles, error, _ = (np.concatenate(values) for values in zip(*parts, strict=True))
     good = error < 12.0
     print(
-        f"{len(frames)} frames; bone directions agree to {error.mean():.1f} degrees on average, {np.percentile(error, 95):.1f} at the 95th percentile; kept {good.sum()}"
+        f"{len(frames)} frames; bone directions agree to {error.mean():.1f} degrees on average, "
+        f"{np.percentile(error, 95):.1f} at the 95th percentile; kept {good.sum()}"
     )
     angles = angles[good]
     unseen = np.array([name.split("_", 1)[-1] in UNSEEN or name in UNSEEN for name in space.names])
@@ -197,7 +198,8 @@ def main() -> None:
     )
     mixture.fit(angles[order[len(held) :]])
     print(
-        f"log-likelihood per pose: training {mixture.score(angles[order[len(held) :]]):.2f}, held out {mixture.score(angles[held]):.2f}; weights {np.round(mixture.weights_, 3)}"
+        f"log-likelihood per pose: training {mixture.score(angles[order[len(held) :]]):.2f}, held "
+        f"out {mixture.score(angles[held]):.2f}; weights {np.round(mixture.weights_, 3)}"
     )
     write_npz(
         arguments.out,
@@ -207,7 +209,9 @@ def main() -> None:
             "covariances": mixture.covariances_.astype(np.float32),
             "names": np.asarray(space.names),
             "source": np.asarray(
-                f"CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; sha256 of cmu_mocap.zip {sha256(archive)}; seed {arguments.seed}; {len(angles)} poses"
+                "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; "
+                f"sha256 of cmu_mocap.zip {sha256(archive)}; seed {arguments.seed}; {len(angles)} "
+                "poses"
             ),
         },
         compress=True,

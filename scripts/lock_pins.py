@@ -103,7 +103,8 @@ def main() -> None:
             files = "".join(f" \\\n    --hash={one}" for one in found[name, version])
             stream.write(f"{name}=={version}{f'; {marker}' if marker else ''}{files}\n")
     print(
-        f"{LOCK}: {len(known)} pins, {sum(len(found[name, version]) for name, version, _ in known)} files"
+        f"{LOCK}: {len(known)} pins, "
+        f"{sum(len(found[name, version]) for name, version, _ in known)} files"
     )
 
 

@@ -138,7 +138,8 @@ def main() -> None:
         clips.append(np.round(joints / STEP).astype(np.int16))
         facts.append((fps, pace))
         print(
-            f"{row['name']:28s} {len(joints):4d} frames at {motion.fps:g} fps, {facts[-1][1]:.2f} m/s"
+            f"{row['name']:28s} {len(joints):4d} frames at {motion.fps:g} fps, {facts[-1][1]:.2f} "
+            "m/s"
         )
     steps = [np.diff(clip, axis=0, prepend=np.zeros_like(clip[:1])) for clip in clips]
     write_npz(

@@ -36,9 +36,22 @@ PAGE = ROOT / "pipelines" / "serve" / "page"
 MADE, FRAMES, FPS = 60, 24, 10.0
 """Frames of a motion, those of it that are shown, and how many a second."""
 JOINTS = (
-    "head", "neck", "pelvis", "left_shoulder", "left_elbow", "left_wrist", "right_shoulder", "right_elbow", "right_wrist", "left_hip", "left_knee",
-    "left_ankle", "right_hip", "right_knee", "right_ankle",
-)  # fmt: skip
+    "head",
+    "neck",
+    "pelvis",
+    "left_shoulder",
+    "left_elbow",
+    "left_wrist",
+    "right_shoulder",
+    "right_elbow",
+    "right_wrist",
+    "left_hip",
+    "left_knee",
+    "left_ankle",
+    "right_hip",
+    "right_knee",
+    "right_ankle",
+)
 BONES = (
     (0, 1),
     (1, 2),

@@ -56,7 +56,8 @@ def farthest(points: np.ndarray, mirrored: np.ndarray, count: int) -> np.ndarray
             nearest = np.minimum(nearest, ((points - other) ** 2).sum(axis=1))
         chosen.append(int(nearest.argmax()))
     print(
-        f"the farthest frame left is {np.sqrt(nearest.max() / (points.shape[1] / 3)):.3f} trunks a joint (rms) from the bank"
+        f"the farthest frame left is {np.sqrt(nearest.max() / (points.shape[1] / 3)):.3f} trunks a "
+        "joint (rms) from the bank"
     )
     return np.array(chosen)
 
@@ -93,7 +94,8 @@ def main() -> None:
     angles, error, roots = (np.concatenate(values) for values in zip(*found, strict=True))
     good = error < 12.0
     print(
-        f"{len(joints)} frames, {len(chosen)} chosen, {good.sum()} kept; bone directions agree to {error[good].mean():.1f} degrees"
+        f"{len(joints)} frames, {len(chosen)} chosen, {good.sum()} kept; bone directions agree to "
+        f"{error[good].mean():.1f} degrees"
     )
     unseen = np.array([name.split("_", 1)[-1] in UNSEEN or name in UNSEEN for name in space.names])
     angles = np.where(unseen, space.natural, angles)[good]
@@ -104,7 +106,8 @@ def main() -> None:
             "roots": np.clip(np.rint(roots[good] / QUANTUM), -127, 127).astype(np.int8),
             "names": np.asarray(space.names),
             "source": np.asarray(
-                f"CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; sha256 of cmu_mocap.zip {sha256(archive)}"
+                "CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; "
+                f"sha256 of cmu_mocap.zip {sha256(archive)}"
             ),
         },
         compress=True,

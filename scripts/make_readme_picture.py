@@ -40,7 +40,8 @@ def main() -> int:
         write_webp(given.out, frames, info.fps, quality=quality)
         if given.out.stat().st_size <= MAX_BYTES:
             print(
-                f"{given.out}: {len(frames)} frames, {given.out.stat().st_size / 1e6:.2f} MB at quality {quality}"
+                f"{given.out}: {len(frames)} frames, {given.out.stat().st_size / 1e6:.2f} MB at "
+                f"quality {quality}"
             )
             return 0
     print(

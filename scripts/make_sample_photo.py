@@ -67,7 +67,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if not folder.is_dir():
             raise InputError(
-                f"{folder} does not exist; set A2V_DATA to the folder of data whose 'avatars' holds the .glb files"
+                f"{folder} does not exist; set A2V_DATA to the folder of data whose 'avatars' "
+                "holds the .glb files"
             )
         if given.sheet:
             settings = PortraitSettings(size=384, spp=min(given.spp, 32))
@@ -79,7 +80,8 @@ def main(arguments: list[str] | None = None) -> int:
             )
             quality = write_jpeg(given.out, photo.image)
             print(
-                f"quality {quality}, {given.out.stat().st_size} bytes, the person covers {photo.mask.mean():.1%}"
+                f"quality {quality}, {given.out.stat().st_size} bytes, the person covers "
+                f"{photo.mask.mean():.1%}"
             )
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -53,10 +53,15 @@ AVATARS = (
 FACES: dict[str, dict[str, float]] = {
     "neutral": {},
     "blink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
-    "smile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5},
+    "smile": {
+        "mouthSmileLeft": 1.0,
+        "mouthSmileRight": 1.0,
+        "cheekSquintLeft": 0.5,
+        "cheekSquintRight": 0.5,
+    },
     "open jaw": {"jawOpen": 1.0},
     **{vowel: EXPRESSIONS[vowel] for vowel in ("aa", "ih", "ou", "ee", "oh")},
-}  # fmt: skip
+}
 """Expressions that are looked at; vowels as VRM's presets have them."""
 PLACED = {"eyes": (*RIGHT_EYE, *LEFT_EYE), "brows": BROWS, "lips": LIPS}
 """Landmarks that are measured."""

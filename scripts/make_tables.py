@@ -46,10 +46,23 @@ class Table:
 
 VAES = ("humanact12-plain", "humanact12-lie", "humanact12-glmi-m", "humanact12-glmi-r")
 TABLES = (
-    Table("humanact12", "journal 1, conference 1: HumanAct12, both protocols", "humanact12", ("humanact12", *VAES)),
-    Table("humanact12_fine", "journal 1: its 34 fine actions", "humanact12-fine", ("humanact12-fine",)),
-    Table("cmu", "journal 2, conference 2: CMU, both protocols; journal 4: Walk and Jump", "cmu", ("cmu", "cmu-glmi-m", "cmu-glmi-r"), ("--actions", "Walk,Jump")),
-)  # fmt: skip
+    Table(
+        "humanact12",
+        "journal 1, conference 1: HumanAct12, both protocols",
+        "humanact12",
+        ("humanact12", *VAES),
+    ),
+    Table(
+        "humanact12_fine", "journal 1: its 34 fine actions", "humanact12-fine", ("humanact12-fine",)
+    ),
+    Table(
+        "cmu",
+        "journal 2, conference 2: CMU, both protocols; journal 4: Walk and Jump",
+        "cmu",
+        ("cmu", "cmu-glmi-m", "cmu-glmi-r"),
+        ("--actions", "Walk,Jump"),
+    ),
+)
 
 
 def main() -> int:

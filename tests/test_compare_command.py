@@ -33,11 +33,21 @@ def made(tmp_path_factory):
     ]
     (folder / "mapper.txt").write_text("\n".join(lines))
     given = {
-        "--photo": SAMPLE, "--action": "Walk", "--methods": ",".join(METHODS), "--frames": FRAMES, "--views": ",".join(VIEWS), "--size": 64,
-        "--spp": 1, "--shown": 2, "--pifu-geometry": saved(slab(0.12, -0.08, 0.5), folder / "net_G"), "--workers": 2,
-        "--liquid-generator": saved(liquid_warping(), folder / "net_epoch_30_id_G.pth"), "--liquid-uv": folder / "mapper.txt",
-        "--survey": folder / "survey.html", "--out": folder / "sheet.html",
-    }  # fmt: skip
+        "--photo": SAMPLE,
+        "--action": "Walk",
+        "--methods": ",".join(METHODS),
+        "--frames": FRAMES,
+        "--views": ",".join(VIEWS),
+        "--size": 64,
+        "--spp": 1,
+        "--shown": 2,
+        "--pifu-geometry": saved(slab(0.12, -0.08, 0.5), folder / "net_G"),
+        "--workers": 2,
+        "--liquid-generator": saved(liquid_warping(), folder / "net_epoch_30_id_G.pth"),
+        "--liquid-uv": folder / "mapper.txt",
+        "--survey": folder / "survey.html",
+        "--out": folder / "sheet.html",
+    }
     words = [str(word) for pair in given.items() for word in pair]
     result = subprocess.run(
         [sys.executable, "-m", "pipelines", "compare", *words],
@@ -76,8 +86,12 @@ def test_the_study_shows_the_same_videos_and_its_answers_are_counted(made):
     study, page = (folder / "survey.html").read_text(), (folder / "sheet.html").read_text()
     for film in re.findall('<video[^>]*src="data:video/mp4;base64,(.*?)"', page):
         assert film in study
-    best = {name: sorted(question["clips"], key=lambda clip: METHODS.index(key["clips"][clip]["source"])) for name, question in
-            ((question["id"], question) for question in key["questions"])}  # fmt: skip
+    best = {
+        name: sorted(
+            question["clips"], key=lambda clip: METHODS.index(key["clips"][clip]["source"])
+        )
+        for name, question in ((question["id"], question) for question in key["questions"])
+    }
     answers = [{"question": name, "ranking": ranking} for name, ranking in best.items()]
     told = {
         "format": "a2v-survey-answers/1",

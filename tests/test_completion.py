@@ -129,7 +129,8 @@ def test_zsh_completes_the_same(command_line, folder):
     try:
         os.write(
             ours,
-            b"PROMPT=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; bindkey -e; echo READ''Y\n",
+            b"PROMPT=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; bindkey "
+            b"-e; echo READ''Y\n",
         )
         until("READY")
         for line, word in ASKED.items():

@@ -169,7 +169,8 @@ def test_the_picture_of_the_architecture_is_todays():
     text = drawing.PAGE.read_text(encoding="utf-8")
     assert "a2v.types -> a2v.camera, a2v.errors" in text
     assert drawing.page(text) == text, (
-        "the architecture has changed: run python scripts/draw_architecture.py and commit what it writes"
+        "the architecture has changed: run python scripts/draw_architecture.py and commit what it "
+        "writes"
     )
     assert drawing.picture() == drawing.PICTURE.read_text(encoding="utf-8"), (
         "run python scripts/draw_architecture.py"

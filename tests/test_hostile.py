@@ -124,12 +124,23 @@ def test_a_store_that_cannot_be_written_names_its_own_option(tmp_path):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("fps", np.zeros(3)), ("fps", np.asarray("fast")), ("action", np.zeros((2, 2))), ("action", np.zeros(2)), ("joint_names", np.asarray("no JSON")),
-        ("joint_names", np.asarray("{}")), ("joint_names", np.asarray("[1, 2]")), ("joints", np.full((3, 20, 3), "text")), ("parents", np.zeros(20) + 0.5),
-        ("provenance", np.asarray("[]")), ("provenance", np.asarray("[" * 10**5)), ("provenance", np.asarray("9" * 5000)), ("seed", np.asarray(0.5)),
-        ("skeleton", np.asarray(3)), ("given_frames", np.asarray("x")),
+        ("fps", np.zeros(3)),
+        ("fps", np.asarray("fast")),
+        ("action", np.zeros((2, 2))),
+        ("action", np.zeros(2)),
+        ("joint_names", np.asarray("no JSON")),
+        ("joint_names", np.asarray("{}")),
+        ("joint_names", np.asarray("[1, 2]")),
+        ("joints", np.full((3, 20, 3), "text")),
+        ("parents", np.zeros(20) + 0.5),
+        ("provenance", np.asarray("[]")),
+        ("provenance", np.asarray("[" * 10**5)),
+        ("provenance", np.asarray("9" * 5000)),
+        ("seed", np.asarray(0.5)),
+        ("skeleton", np.asarray(3)),
+        ("given_frames", np.asarray("x")),
     ],
-)  # fmt: skip
+)
 def test_motions_with_members_of_the_wrong_kind(tmp_path, name, value):
     write_npz(tmp_path / "m.npz", {**person(frames=3).to_arrays(), name: value})
     with pytest.raises(InputError, match=r"m\.npz"):
@@ -388,10 +399,17 @@ def test_sample_script_takes_no_garbage_and_keeps_to_the_umask(tmp_path):
 @pytest.mark.parametrize(
     "text",
     [
-        "hero: " + "[" * 3000, "hero: {azimuth: 2020-13-45}", "hero: {azimuth: 2020-01-01}", "hero: {azimuth: " + "9" * 400 + "}", "hero: {origin: [1, 2, " + "9" * 400 + "]}",
-        "? [a, b]\n: {azimuth: 1}", "hero: {? [1] : 2}", "hero: {azimuth: \x01}", "2020: {azimuth: 1}",
+        "hero: " + "[" * 3000,
+        "hero: {azimuth: 2020-13-45}",
+        "hero: {azimuth: 2020-01-01}",
+        "hero: {azimuth: " + "9" * 400 + "}",
+        "hero: {origin: [1, 2, " + "9" * 400 + "]}",
+        "? [a, b]\n: {azimuth: 1}",
+        "hero: {? [1] : 2}",
+        "hero: {azimuth: \x01}",
+        "2020: {azimuth: 1}",
     ],
-)  # fmt: skip
+)
 def test_cameras_that_are_none(tmp_path, text):
     (tmp_path / "cameras.yaml").write_text(text)
     with pytest.raises(InputError, match=r"cameras\.yaml"):

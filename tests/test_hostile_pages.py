@@ -24,9 +24,18 @@ from tests.support.uploads import picture
 
 RUN = "window.theirs=1"
 NAMES = (
-    f'"><script>{RUN}</script>', f"</script><script>{RUN}</script>", f"</title></style></textarea><svg onload={RUN}>", f"javascript:{RUN}",
-    f'"><img src=x onerror={RUN}>', f"' onmouseover='{RUN}", f"<!--<script>{RUN}", "${data} $title {{x}} \\u003cscript>", "\u202eabc\u2066\u200f", "z" * 5000, "\x00\x1b[2J\u2028",
-)  # fmt: skip
+    f'"><script>{RUN}</script>',
+    f"</script><script>{RUN}</script>",
+    f"</title></style></textarea><svg onload={RUN}>",
+    f"javascript:{RUN}",
+    f'"><img src=x onerror={RUN}>',
+    f"' onmouseover='{RUN}",
+    f"<!--<script>{RUN}",
+    "${data} $title {{x}} \\u003cscript>",
+    "\u202eabc\u2066\u200f",
+    "z" * 5000,
+    "\x00\x1b[2J\u2028",
+)
 """Names, titles and problems."""
 
 

@@ -70,7 +70,8 @@ def installed_here() -> bool:
 def watched(tmp_path_factory) -> Watched:
     if not installed_here():
         pytest.skip(
-            "the command a2v of this environment is not that of this checkout; run: pip install -e ."
+            "the command a2v of this environment is not that of this checkout; run: pip install -e "
+            "."
         )
     base = tmp_path_factory.mktemp("isolation")
     set_traps(base / "here", base / "marks")
@@ -178,7 +179,8 @@ def test_nothing_is_written_outside_of_out_the_store_and_temporary_files(watched
 def test_other_commands_execute_nothing_of_the_working_folder(tmp_path, words):
     if not installed_here():
         pytest.skip(
-            "the command a2v of this environment is not that of this checkout; run: pip install -e ."
+            "the command a2v of this environment is not that of this checkout; run: pip install -e "
+            "."
         )
     set_traps(tmp_path / "here", tmp_path / "marks")
     done = subprocess.run(
@@ -211,7 +213,8 @@ def test_settings_by_which_numba_would_unpickle_from_the_working_folder_are_refu
 def test_onnxruntime_is_told_to_report_nothing(tmp_path):
     for code in (
         "import a2v",
-        f"import sys; sys.path.insert(0, {str(ROOT / 'export')!r}); import sample; sample.Model('missing')",
+        f"import sys; sys.path.insert(0, {str(ROOT / 'export')!r}); import sample; "
+        "sample.Model('missing')",
     ):
         clean = {name: value for name, value in os.environ.items() if not name.startswith("ORT_")}
         code = f"import os\ntry: {code}\nexcept Exception: pass\nprint(os.environ.get('ORT_DISABLE_TELEMETRY'))"

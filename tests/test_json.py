@@ -183,7 +183,8 @@ def test_a_command_that_is_terminated_says_so():
     code = (
         "import os, signal, time, pipelines.commands.dag as c\n"
         "c.run = lambda options: (os.kill(os.getpid(), signal.SIGTERM), time.sleep(60))\n"
-        "import sys; sys.argv[1:] = ['dag', '--json']; from pipelines.cli import main; sys.exit(main())"
+        "import sys; sys.argv[1:] = ['dag', '--json']; from pipelines.cli import main; "
+        "sys.exit(main())"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -209,7 +210,8 @@ def test_what_libraries_print_stays_out():
     code = (
         "import os, sys, pipelines.commands.actions as c; real = c.run\n"
         "def run(o): print('stray'); os.write(1, b'noise\\n'); return real(o)\n"
-        "c.run = run; sys.argv[1:] = ['actions', '--json']; from pipelines.cli import main; sys.exit(main())"
+        "c.run = run; sys.argv[1:] = ['actions', '--json']; from pipelines.cli import main; "
+        "sys.exit(main())"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],

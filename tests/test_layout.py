@@ -31,7 +31,8 @@ def test_no_test_imports_from_another_test_module():
         parts = {part for name in imported_modules(path) for part in name.split(".")}
         taken = parts & {"conftest", *(other.stem for other in FOLDER.rglob("test_*.py"))}
         assert not taken, (
-            f"{path.relative_to(FOLDER)} imports {', '.join(taken)}; what tests share belongs to tests/support"
+            f"{path.relative_to(FOLDER)} imports {', '.join(taken)}; what tests share belongs to "
+            "tests/support"
         )
 
 

@@ -44,7 +44,8 @@ class DeformSettings:
             raise InputError(f"deform.control is {self.control}; expected a positive weight")
         if self.iterations < 1 or not 0 <= self.tolerance < 1:
             raise InputError(
-                f"deform has {self.iterations} iterations and tolerance {self.tolerance}; expected 1 or more, and [0, 1)"
+                f"deform has {self.iterations} iterations and tolerance {self.tolerance}; expected "
+                "1 or more, and [0, 1)"
             )
 
 

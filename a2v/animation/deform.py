@@ -21,7 +21,8 @@ def skinning_matrices(character: Character, bone_transforms: FloatArray) -> Floa
     bones = len(character.body.bone_names)
     if np.shape(bone_transforms) != (bones, 4, 4):
         raise InputError(
-            f"bone transforms have shape {np.shape(bone_transforms)}; expected ({bones}, 4, 4): one frame of retarget's result"
+            f"bone transforms have shape {np.shape(bone_transforms)}; expected ({bones}, 4, 4): "
+            "one frame of retarget's result"
         )
     if not np.isfinite(bone_transforms).all():
         raise InputError("bone transforms hold NaN or infinite numbers")

@@ -46,7 +46,8 @@ class EngineSettings:
     def __post_init__(self) -> None:
         if self.triangles and not 1000 <= self.triangles <= 1_000_000:
             raise InputError(
-                f"triangles is {self.triangles}; expected 0 for all, or 1000 to 1000000 (8000, 20000 and 30000 are usual)"
+                f"triangles is {self.triangles}; expected 0 for all, or 1000 to 1000000 (8000, "
+                "20000 and 30000 are usual)"
             )
         if self.texture not in (512, 1024, 2048, 4096):
             raise InputError(f"texture is {self.texture}; choose from 512, 1024, 2048, 4096")

@@ -58,7 +58,8 @@ def enter_from(
     """
     if start.shape != transforms.shape[1:]:
         raise InputError(
-            f"the first pose has bones of shape {start.shape}; the clip's are {transforms.shape[1:]}"
+            f"the first pose has bones of shape {start.shape}; the clip's are "
+            f"{transforms.shape[1:]}"
         )
     if seconds <= 0:
         raise InputError(f"{seconds} s to go over into the clip; expected more than 0")

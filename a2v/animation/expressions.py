@@ -50,7 +50,8 @@ class BlinkSettings:
             or not 0 <= self.closed <= 2
         ):
             raise InputError(
-                "blink.closing, closed, opening and least are times of up to 2 seconds; expected more than 0 (closed: or 0)"
+                "blink.closing, closed, opening and least are times of up to 2 seconds; expected "
+                "more than 0 (closed: or 0)"
             )
         if self.seed < 0:
             raise InputError(f"blink.seed is {self.seed}; expected 0 or more")

@@ -37,7 +37,8 @@ def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
     index = {name: bone for bone, name in enumerate(body.bone_names)}
     if missing := [source for bone in spec.bones for source in bone.sources if source not in index]:
         raise InputError(
-            f"the rig '{spec.name}' is made of Anny's bones; body model '{body.model}' has no {missing[0]}: leave --rig out, or use --fit.model anny"
+            f"the rig '{spec.name}' is made of Anny's bones; body model '{body.model}' has no "
+            f"{missing[0]}: leave --rig out, or use --fit.model anny"
         )
     drivers = np.array([index[bone.sources[0]] for bone in spec.bones])
     owner = np.full(len(body.bone_names), -1)

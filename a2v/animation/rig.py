@@ -91,7 +91,8 @@ def rig_of(body: Body) -> Rig:
     bones = canonical_joints(body.bone_names, parents.tolist())
     if missing := missing_joints(bones):
         raise InputError(
-            f"body model '{body.model}' has no bone for {', '.join(missing[:4])} among its {len(parents)} bones; "
+            f"body model '{body.model}' has no bone for {', '.join(missing[:4])} among its "
+            f"{len(parents)} bones; "
             "rename them to names that a2v.kinematics.names.canonical_joints knows"
         )
     heads = body.rest_transforms[:, :3, 3].astype(np.float64)

@@ -31,9 +31,13 @@ RIGS: tuple[str, ...] = (OWN_RIG, *_TABLES)
 """Names that ``--rig`` takes."""
 
 _DIRECTIONS = {
-    "left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "up": (0.0, 1.0, 0.0), "down": (0.0, -1.0, 0.0), "front": (0.0, 0.0, 1.0),
+    "left": (1.0, 0.0, 0.0),
+    "right": (-1.0, 0.0, 0.0),
+    "up": (0.0, 1.0, 0.0),
+    "down": (0.0, -1.0, 0.0),
+    "front": (0.0, 0.0, 1.0),
     "back": (0.0, 0.0, -1.0),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,12 +22,14 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
     """
     if motion.batch:
         raise InputError(
-            f"retarget takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+            f"retarget takes one clip; this Motion is a batch of shape {motion.batch}: index it "
+            "first"
         )
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
     if missing := missing_joints(found):
         raise InputError(
-            f"the motion's skeleton '{motion.skeleton}' has no {', '.join(missing[:4])} among {', '.join(motion.joint_names[:8])}...; "
+            f"the motion's skeleton '{motion.skeleton}' has no {', '.join(missing[:4])} among "
+            f"{', '.join(motion.joint_names[:8])}...; "
             "rename its joints to Mixamo's, CMU's or SMPL's names"
         )
     return {name: motion.joints[:, index].astype(np.float64) for name, index in found.items()}

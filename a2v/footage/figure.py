@@ -1,4 +1,5 @@
-"""A reduced body model for many poses of one shape: only the bones that landmarks and joints need."""
+"""A reduced body model for many poses of one shape: only the bones that landmarks and joints
+need."""
 
 from __future__ import annotations
 
@@ -19,23 +20,42 @@ if TYPE_CHECKING:
 JOINTS: tuple[tuple[str, str, str], ...] = (
     ("pelvis", "", "root"),
     *(
-        (f"{side}_{joint}", f"{side}_{parent}" if parent != "pelvis" else parent, f"{bone}.{side[0].upper()}")
+        (
+            f"{side}_{joint}",
+            f"{side}_{parent}" if parent != "pelvis" else parent,
+            f"{bone}.{side[0].upper()}",
+        )
         for side in ("left", "right")
         for joint, parent, bone in (
-            ("hip", "pelvis", "upperleg01"), ("knee", "hip", "lowerleg01"), ("ankle", "knee", "foot"), ("foot", "ankle", "toe1-1"),
+            ("hip", "pelvis", "upperleg01"),
+            ("knee", "hip", "lowerleg01"),
+            ("ankle", "knee", "foot"),
+            ("foot", "ankle", "toe1-1"),
         )
     ),
-    ("spine1", "pelvis", "spine04"), ("spine2", "spine1", "spine02"), ("spine3", "spine2", "spine01"),
-    ("neck", "spine3", "neck01"), ("head", "neck", "head"), ("head_top", "head", "head"), ("head_front", "head", "head"),
+    ("spine1", "pelvis", "spine04"),
+    ("spine2", "spine1", "spine02"),
+    ("spine3", "spine2", "spine01"),
+    ("neck", "spine3", "neck01"),
+    ("head", "neck", "head"),
+    ("head_top", "head", "head"),
+    ("head_front", "head", "head"),
     *(
-        (f"{side}_{joint}", parent if parent == "spine3" else f"{side}_{parent}", f"{bone}.{side[0].upper()}")
+        (
+            f"{side}_{joint}",
+            parent if parent == "spine3" else f"{side}_{parent}",
+            f"{bone}.{side[0].upper()}",
+        )
         for side in ("left", "right")
         for joint, parent, bone in (
-            ("collar", "spine3", "clavicle"), ("shoulder", "collar", "upperarm01"), ("elbow", "shoulder", "lowerarm01"),
-            ("wrist", "elbow", "wrist"), ("hand", "wrist", "finger3-1"),
+            ("collar", "spine3", "clavicle"),
+            ("shoulder", "collar", "upperarm01"),
+            ("elbow", "shoulder", "lowerarm01"),
+            ("wrist", "elbow", "wrist"),
+            ("hand", "wrist", "finger3-1"),
         )
     ),
-)  # fmt: skip
+)
 """Joints of a tracked person: name, parent, and the bone of Anny whose head is the joint (except
 `_POINTS`)."""
 NAMES: tuple[str, ...] = tuple(name for name, _, _ in JOINTS)
@@ -43,7 +63,8 @@ PARENTS: tuple[int, ...] = tuple(
     -1 if not parent else NAMES.index(parent) for _, parent, _ in JOINTS
 )
 _POINTS = {"head_top": (0.0, 0.17, 0.02), "head_front": (0.0, 0.04, 0.16)}
-"""Offsets of joints that are not the head of a bone, from the head of their bone at rest, meters."""
+"""Offsets of joints that are not the head of a bone, from the head of their bone at rest,
+meters."""
 
 
 @lru_cache(maxsize=1)

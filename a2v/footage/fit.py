@@ -185,7 +185,8 @@ class FilmFit:
         kept: int,
         held: tuple[Tensor, float] | None,
     ) -> _Unknowns:
-        """Minimize the cost over the unknowns of a window. The first `kept` frames do not change."""
+        """Minimize the cost over the unknowns of a window. The first `kept` frames do not
+        change."""
         import torch
 
         evidence = Evidence(track, points)
@@ -310,8 +311,8 @@ class FilmFit:
     def _places(
         self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float
     ) -> FloatArray:
-        """Places (T, 3) at which the hips project to their pixels, at the distance that the height of
-        the person implies."""
+        """Places (T, 3) at which the hips project to their pixels, at the distance that the height
+        of the person implies."""
         import torch
 
         with torch.no_grad():

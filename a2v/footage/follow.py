@@ -194,10 +194,16 @@ def _facts(
 ) -> dict[str, Any]:
     """`Followed.facts` except for the start of the motion."""
     return {
-        "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
-        "seen": sum(one.keypoints is not None for one in sightings), "height": round(_camera_height(moves), 2),
-        "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
-    }  # fmt: skip
+        "source": os.fspath(path),
+        "digest": sha256(path),
+        "video": [reel.width, reel.height],
+        "video_fps": reel.rate,
+        "frames": len(sightings),
+        "seen": sum(one.keypoints is not None for one in sightings),
+        "height": round(_camera_height(moves), 2),
+        "tilt": round(float(np.degrees(moves.tilt)), 1),
+        "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
+    }
 
 
 def _longest(
@@ -211,11 +217,13 @@ def _longest(
         seen = sum(one.keypoints is not None for one in sightings)
         if settings.person > 1 and tracker.people < settings.person:
             raise InputError(
-                f"follow.person is {settings.person}, but at most {tracker.people} can be told apart in {reel.source}; give a smaller number"
+                f"follow.person is {settings.person}, but at most {tracker.people} can be told "
+                f"apart in {reel.source}; give a smaller number"
             )
         if seen:
             raise InputError(
-                f"{reel.source} shows a person in {seen} frames alone; use a video in which one person is seen for a second or longer"
+                f"{reel.source} shows a person in {seen} frames alone; use a video in which one "
+                "person is seen for a second or longer"
             )
         raise InputError(
             f"no person found in {reel.source}; use a video that shows one person whole"

@@ -1,5 +1,5 @@
-"""Choose for the whole clip whether each limb points to the front or to the back, so that depth does
-not flicker."""
+"""Choose for the whole clip whether each limb points to the front or to the back, so that depth
+does not flicker."""
 
 from __future__ import annotations
 

@@ -152,7 +152,8 @@ class Reel:
                     last = float(frame.pts * frame.time_base)
                 if frame.width * frame.height > MOST_PIXELS:
                     raise InputError(
-                        f"{self.source} has a frame of {frame.width} x {frame.height} pixels; expected at most 8K"
+                        f"{self.source} has a frame of {frame.width} x {frame.height} pixels; "
+                        "expected at most 8K"
                     )
                 yield frame
 
@@ -240,7 +241,8 @@ def _reel(source: str, container: Any) -> Reel:
 def _check_size(source: str, width: int, height: int) -> None:
     if width * height > MOST_PIXELS:
         raise InputError(
-            f"{source} has {width} x {height} pixels; expected at most 8K ({MOST_PIXELS // 1_000_000} million)"
+            f"{source} has {width} x {height} pixels; expected at most 8K "
+            f"({MOST_PIXELS // 1_000_000} million)"
         )
     if width and height and min(width, height) < LEAST_SIDE:
         raise InputError(

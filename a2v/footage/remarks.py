@@ -33,8 +33,8 @@ def clock(seconds: float) -> str:
 
 
 def unseen_parts(track: Track, start: float) -> list[str]:
-    """Report when which part of the person was not seen, a sentence each. `start` is the time in the
-    video of the track's time 0."""
+    """Report when which part of the person was not seen, a sentence each. `start` is the time in
+    the video of the track's time 0."""
     said: list[tuple[float, str]] = []
     for part, names in {"person": BODY, **PARTS}.items():
         rows = [LANDMARK_INDEX[name] for name in names]
@@ -77,10 +77,11 @@ def told_pieces(
     """Report what is left out besides the chosen piece."""
     said = []
     cuts = [clock(start + one.time) for one in sightings if one.cut]
-    span = f"{clock(start + sightings[chosen.first].time)} to {clock(start + sightings[chosen.end - 1].time)}"
+    span = f"{clock(start + sightings[chosen.first].time)} to {clock(start + sightings[chosen.end - 1].time)}"  # noqa: E501
     if cuts:
         said.append(
-            f"the video is cut at {', '.join(cuts[:6])}{' and later' if len(cuts) > 6 else ''}; {span}, the longest piece, is followed"
+            f"the video is cut at {', '.join(cuts[:6])}{' and later' if len(cuts) > 6 else ''}; "
+            f"{span}, the longest piece, is followed"
         )
     elif len(pieces) > 1:
         said.append(f"the person leaves and comes back; {span}, the longest piece, is followed")
@@ -95,7 +96,8 @@ def told_pieces(
             )
         if after > SHORTEST:
             said.append(
-                f"the person is not seen any more from {clock(start + sightings[chosen.end - 1].time)} on"
+                "the person is not seen any more from "
+                f"{clock(start + sightings[chosen.end - 1].time)} on"
             )
     return said
 
@@ -106,14 +108,17 @@ def told_reel(reel: Reel, last: float, *, people: int, asked: float) -> list[str
     said = []
     if reel.damaged:
         said.append(
-            f"{len(reel.damaged)} parts of the video are damaged, the first at {clock(reel.damaged[0])}; they are left out"
+            f"{len(reel.damaged)} parts of the video are damaged, the first at "
+            f"{clock(reel.damaged[0])}; they are left out"
         )
     if not np.isfinite(asked) and last >= LONGEST - 0.5 and reel.seconds > LONGEST + 1:
         said.append(
-            f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are followed"
+            f"the video has {clock(reel.seconds)} minutes; the first {LONGEST / 60:.0f} are "
+            "followed"
         )
     if people > 1:
         said.append(
-            f"{people} people are in the video; the largest in the middle is followed (follow.person chooses another)"
+            f"{people} people are in the video; the largest in the middle is followed "
+            "(follow.person chooses another)"
         )
     return said

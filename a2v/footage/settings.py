@@ -77,7 +77,8 @@ class FollowSettings:
             raise InputError(f"camera is '{self.camera}'; choose from {', '.join(CAMERAS)}")
         if not 0.1 <= self.acceleration <= 1000:
             raise InputError(
-                f"acceleration is {self.acceleration}; expected 0.1 to 1000 meters per square second"
+                f"acceleration is {self.acceleration}; expected 0.1 to 1000 meters per square "
+                "second"
             )
         if not 32 <= self.window <= 400 or not 1 <= self.steps <= 1000:
             raise InputError(

@@ -17,8 +17,8 @@ STIFF = 20.0
 
 
 def starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
-    """Find the most similar recorded pose for each frame: its orientation in the world (T, 3, 3) and
-    its angles (T, D)."""
+    """Find the most similar recorded pose for each frame: its orientation in the world (T, 3, 3)
+    and its angles (T, D)."""
     bank = load_pose_bank(model)
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     own = points[:, index].astype(np.float64)

@@ -32,11 +32,24 @@ _LEVEL = 0.02
 SOLE = 0.02
 """Height of the landmarks of heel and toes above the sole, meters."""
 _SEGMENTS = [
-    *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
-        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
-    )),
-    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
-]  # fmt: skip
+    *(
+        (f"{side}_{a}", f"{side}_{b}")
+        for side in ("left", "right")
+        for a, b in (
+            ("shoulder", "elbow"),
+            ("elbow", "wrist"),
+            ("hip", "knee"),
+            ("knee", "ankle"),
+            ("shoulder", "hip"),
+            ("heel", "foot_index"),
+        )
+    ),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+    ("left_ear", "right_ear"),
+    ("left_ear", "nose"),
+    ("right_ear", "nose"),
+]
 _ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
 SOLES = np.array(
     [
@@ -79,7 +92,8 @@ class Evidence:
         return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
 
     def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
-        """Cost (T,) of landmarks (T, 33, 3): their places in the picture and the depths of bones."""
+        """Cost (T,) of landmarks (T, 33, 3): their places in the picture and the depths of
+        bones."""
         import torch
 
         x, y, z = self.heading(landmarks).unbind(-1)

@@ -93,8 +93,8 @@ class Piece:
 
 
 def pieces_of(sightings: Sequence[Sighting]) -> list[Piece]:
-    """Find the pieces in which the person is seen, in order. The person is seen in the first and the
-    last frame of each piece."""
+    """Find the pieces in which the person is seen, in order. The person is seen in the first and
+    the last frame of each piece."""
     found: list[Piece] = []
     begin, last, count = -1, -1, 0
 
@@ -151,9 +151,17 @@ def track_of(
     )
     times = np.array([one.time for one in sightings])
     return Track(
-        times=times, seen=seen, pixels=pixels, weights=confidence * _TRUSTED, confidence=confidence, points=points, heights=heights,
-        yaw=yaw, tilt=tilt, focal=focal,
-    )  # fmt: skip
+        times=times,
+        seen=seen,
+        pixels=pixels,
+        weights=confidence * _TRUSTED,
+        confidence=confidence,
+        points=points,
+        heights=heights,
+        yaw=yaw,
+        tilt=tilt,
+        focal=focal,
+    )
 
 
 def camera_turns(sightings: Sequence[Sighting], size: tuple[int, int], focal: float) -> FloatArray:

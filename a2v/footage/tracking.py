@@ -213,7 +213,8 @@ class Tracker:
         )
 
     def _find_anywhere(self, image: ByteArray) -> _Spotted | None:
-        """Search the whole picture: for the requested person at first, for the same person later."""
+        """Search the whole picture: for the requested person at first, for the same person
+        later."""
         shrink = min(1.0, 640 / max(image.shape[:2]))
         small = np.asarray(
             cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
@@ -321,8 +322,8 @@ def _some(person: Detection | None) -> list[Detection]:
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Left, top, right, bottom (4,) around the certain landmarks and the mask of a person, in pixels
-    of the detection."""
+    """Left, top, right, bottom (4,) around the certain landmarks and the mask of a person, in
+    pixels of the detection."""
     rows, columns = np.nonzero(person.mask > 0.5)
     sure = person.keypoints[person.keypoints[:, 2] > 0.5, :2]
     low, high = sure.min(axis=0), sure.max(axis=0)

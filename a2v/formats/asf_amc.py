@@ -195,9 +195,15 @@ def _motion(
     offsets = np.stack(rest)
     tree = skeleton_from_parents(parents, names, offsets)
     return Motion(
-        joints=joints.astype(np.float32), rotations=inverse_kinematics(joints, tree).astype(np.float32), root=joints[:, 0].astype(np.float32),
-        fps=float(fps), parents=tree.parents, joint_names=tuple(names), action=action, rest_offsets=offsets,
-    )  # fmt: skip
+        joints=joints.astype(np.float32),
+        rotations=inverse_kinematics(joints, tree).astype(np.float32),
+        root=joints[:, 0].astype(np.float32),
+        fps=float(fps),
+        parents=tree.parents,
+        joint_names=tuple(names),
+        action=action,
+        rest_offsets=offsets,
+    )
 
 
 def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArray]:
@@ -216,7 +222,8 @@ def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArr
                 raise ValueError(f"{len(numbers)} numbers")
         except (ValueError, KeyError):
             raise InputError(
-                f"{source}:{number}: expected a bone of the skeleton with its numbers, found '{shorten(line, 60)}'"
+                f"{source}:{number}: expected a bone of the skeleton with its numbers, found "
+                f"'{shorten(line, 60)}'"
             ) from None
         found[words[0]].append(numbers)
     counts = {len(rows) for rows in found.values()}

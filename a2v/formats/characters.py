@@ -40,7 +40,8 @@ def _check_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[
     transforms, fps = np.asarray(clip[0], dtype=np.float64), float(clip[1])
     if transforms.ndim != 4 or transforms.shape[1:] != (bones, 4, 4) or len(transforms) == 0:
         raise InputError(
-            f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1"
+            f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, "
+            "4, 4) with T >= 1"
         )
     if not np.isfinite(transforms).all():
         raise InputError(f"clip '{name}' holds NaN or infinite numbers")
@@ -87,7 +88,8 @@ def strength_tables(
         for expression, values in strengths.items():
             if expression not in face.names or np.shape(values) != (frames,):
                 raise InputError(
-                    f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},), and one of {', '.join(face.names)}"
+                    f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},), "
+                    f"and one of {', '.join(face.names)}"
                 )
             table[:, face.names.index(expression)] = values
         tables[clip] = table

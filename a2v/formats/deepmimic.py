@@ -119,11 +119,13 @@ def _read_frames(source: Path) -> FloatArray:
         ) from None
     if len(frames) * len(_HUMANOID3D) > MAX_JOINT_FRAMES:
         raise InputError(
-            f"{source}: {len(frames)} frames are more than are read ({MAX_JOINT_FRAMES // len(_HUMANOID3D)}); cut the clip"
+            f"{source}: {len(frames)} frames are more than are read "
+            f"({MAX_JOINT_FRAMES // len(_HUMANOID3D)}); cut the clip"
         )
     if not np.isfinite(frames).all() or np.abs(frames).max() > 1e4:
         raise InputError(
-            f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, infinite or absurd numbers"
+            f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, "
+            "infinite or absurd numbers"
         )
     return frames
 
@@ -139,7 +141,8 @@ def _joint_positions(frames: FloatArray, source: Path) -> FloatArray:
             quats = frames[:, column : column + 4]
             if (np.linalg.norm(quats, axis=1) < 1e-3).any():
                 raise InputError(
-                    f"{source}: the quaternion of '{name}' is zero in frame {int(np.argmin(np.linalg.norm(quats, axis=1)))}"
+                    f"{source}: the quaternion of '{name}' is zero in frame "
+                    f"{int(np.argmin(np.linalg.norm(quats, axis=1)))}"
                 )
             local = quat_to_rotmat(quats)
         elif dof == 1:
@@ -164,7 +167,8 @@ def _even(joints: FloatArray, durations: FloatArray, step: float) -> FloatArray:
         return joints
     if times[-1] / step * joints.shape[1] > MAX_JOINT_FRAMES:
         raise InputError(
-            f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; cut it"
+            f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; "
+            "cut it"
         )
     from scipy.interpolate import PchipInterpolator
 

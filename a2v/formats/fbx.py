@@ -150,7 +150,8 @@ def _run(script: Path, *arguments: str | Path) -> str:
     node = find_node()
     if node is None:
         raise MissingDependencyError(
-            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or use a .glb"
+            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install "
+            "nodejs), or use a .glb"
         )
     modules = PACKAGES.demand("FBX", "or use a .glb")
     environment = {
@@ -185,6 +186,7 @@ def _run(script: Path, *arguments: str | Path) -> str:
             lines[-1] if lines else f"exit code {done.returncode}",
         )
         raise A2VError(
-            f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used"
+            f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is "
+            f"needed, {node} was used"
         )
     return done.stdout

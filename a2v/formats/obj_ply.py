@@ -79,7 +79,8 @@ def write_ply(
     properties = "".join(f"property float {axis}\n" for axis in ("x", "y", "z", "nx", "ny", "nz"))
     properties += "".join(f"property uchar {channel}\n" for channel in ("red", "green", "blue"))
     header = (
-        f"ply\nformat binary_little_endian 1.0\ncomment a2v, meters, y up\nelement vertex {len(table)}\n{properties}"
+        "ply\nformat binary_little_endian 1.0\ncomment a2v, meters, y up\nelement vertex "
+        f"{len(table)}\n{properties}"
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
     with atomic_path(path) as temporary:

@@ -140,7 +140,8 @@ def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Form
             return item
     known = suffixes_of(formats)
     raise InputError(
-        f"cannot write {target}; expected a name that ends in {', '.join(known[:-1])} or {known[-1]}"
+        f"cannot write {target}; expected a name that ends in {', '.join(known[:-1])} or "
+        f"{known[-1]}"
     )
 
 
@@ -177,7 +178,8 @@ def read_motion(
             motion = item.read(source, action or source.stem)
             return motion if fps is None else resample_motion(motion, fps)
     raise InputError(
-        f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected {readable_motions()}"
+        f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected "
+        f"{readable_motions()}"
     )
 
 

@@ -179,9 +179,17 @@ def _collapse(points, tri, wedge, corners, quadrics, stay, alive, target, flip, 
         x, y, z = points[v, 0], points[v, 1], points[v, 2]
         return max(
             0.0,
-            quadrics[u, 0] * x * x + 2 * quadrics[u, 1] * x * y + 2 * quadrics[u, 2] * x * z + 2 * quadrics[u, 3] * x + quadrics[u, 4] * y * y + 2 * quadrics[u, 5] * y * z + 2 * quadrics[u, 6] * y
-            + quadrics[u, 7] * z * z + 2 * quadrics[u, 8] * z + quadrics[u, 9],
-        )  # fmt: skip
+            quadrics[u, 0] * x * x
+            + 2 * quadrics[u, 1] * x * y
+            + 2 * quadrics[u, 2] * x * z
+            + 2 * quadrics[u, 3] * x
+            + quadrics[u, 4] * y * y
+            + 2 * quadrics[u, 5] * y * z
+            + 2 * quadrics[u, 6] * y
+            + quadrics[u, 7] * z * z
+            + 2 * quadrics[u, 8] * z
+            + quadrics[u, 9],
+        )
 
     def gap(u, v):  # type: ignore[no-untyped-def]
         x, y, z = (

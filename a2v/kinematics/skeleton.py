@@ -51,7 +51,8 @@ class Skeleton:
                     raise InputError(f"skeleton '{self.name}': joint {joint} ends two bones")
                 if parents[parent] == -2:
                     raise InputError(
-                        f"skeleton '{self.name}': chain {chain} starts at joint {chain[0]}, which no earlier chain reaches"
+                        f"skeleton '{self.name}': chain {chain} starts at joint {chain[0]}, which "
+                        "no earlier chain reaches"
                     )
                 parents[joint] = parent
         if (parents == -2).any():
@@ -115,7 +116,8 @@ class Skeleton:
             return self.joint_names.index(name)
         except ValueError:
             raise InputError(
-                f"skeleton '{self.name}' has no joint '{name}'; it has {', '.join(self.joint_names)}"
+                f"skeleton '{self.name}' has no joint '{name}'; it has "
+                f"{', '.join(self.joint_names)}"
             ) from None
 
 
@@ -221,7 +223,8 @@ def skeleton_from_parents(
     n = len(parents)
     if n == 0 or parents[0] != -1 or any(not 0 <= parents[j] < j for j in range(1, n)):
         raise InputError(
-            f"skeleton '{name}': parents must list the root (-1) first and every parent before its children"
+            f"skeleton '{name}': parents must list the root (-1) first and every parent before its "
+            "children"
         )
     children: list[list[int]] = [[] for _ in range(n)]
     for joint in range(1, n):

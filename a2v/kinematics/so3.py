@@ -82,10 +82,16 @@ def rotvec_to_rotmat(rotvec: Array) -> Array:
     sx, sy, sz = sinc * x, sinc * y, sinc * z
     # I + sinc W + cosc W^2 written out: one pass instead of two 3x3 products
     rows = [
-        1 - cy * y - cz * z, cx * y - sz, cx * z + sy,
-        cx * y + sz, 1 - cx * x - cz * z, cy * z - sx,
-        cx * z - sy, cy * z + sx, 1 - cx * x - cy * y,
-    ]  # fmt: skip
+        1 - cy * y - cz * z,
+        cx * y - sz,
+        cx * z + sy,
+        cx * y + sz,
+        1 - cx * x - cz * z,
+        cy * z - sx,
+        cx * z - sy,
+        cy * z + sx,
+        1 - cx * x - cy * y,
+    ]
     matrix: Array = xp.stack(rows, -1).reshape((*rotvec.shape[:-1], 3, 3))
     return matrix
 
@@ -144,10 +150,16 @@ def quat_to_rotmat(quat: Array) -> Array:
     quat = quat / xp.sqrt(_norm_squared(quat))[..., None]
     w, x, y, z = quat[..., 0], quat[..., 1], quat[..., 2], quat[..., 3]
     rows = [
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
-    ]  # fmt: skip
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+        2 * (x * y + w * z),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - w * x),
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        1 - 2 * (x * x + y * y),
+    ]
     matrix: Array = xp.stack(rows, -1).reshape((*quat.shape[:-1], 3, 3))
     return matrix
 

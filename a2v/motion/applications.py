@@ -163,7 +163,8 @@ def outpaint(
     """
     if start.batch:
         raise InputError(
-            f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it first"
+            f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it "
+            "first"
         )
     names = model.check_request(action, frames=frames, count=count)
     skeleton = model.skeleton
@@ -172,7 +173,8 @@ def outpaint(
     )
     if len(given) >= frames:
         raise InputError(
-            f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or give fewer of them"
+            f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or "
+            "give fewer of them"
         )
     vectors = given - given[:, np.maximum(skeleton.parents, 0)]
     lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.meters_per_unit
@@ -212,7 +214,8 @@ def matching_actions(model: MotionModel, pattern: str) -> list[str]:
     found = [name for name in model.actions if fnmatch.fnmatch(name.lower(), pattern.lower())]
     if not found:
         raise InputError(
-            f"no action of '{model.path.stem}' matches '{pattern}'; it knows {', '.join(model.actions)}"
+            f"no action of '{model.path.stem}' matches '{pattern}'; it knows "
+            f"{', '.join(model.actions)}"
         )
     return found
 
@@ -264,7 +267,8 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     wanted = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     if missing := missing_joints(wanted):
         raise InputError(
-            f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start with its own joint names"
+            f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start "
+            "with its own joint names"
         )
     source = source_joints(motion)
     shoulders = (source["left_shoulder"] + source["right_shoulder"]) / 2

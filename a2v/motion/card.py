@@ -186,7 +186,8 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
             or len(given) <= wanted[1]
         ):
             raise InputError(
-                f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; {_AGAIN}"
+                f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; "
+                f"{_AGAIN}"
             )
     if missing := set(outputs) - {item.name for item in session.get_outputs()}:
         raise InputError(f"{path}: its graph does not give '{min(missing)}'; {_AGAIN}")
@@ -282,7 +283,8 @@ class _Entries:
         value = self.entries[name]
         if not right(value):
             raise InputError(
-                f"{self.path}: '{name}' in its description is {reprlib.repr(value)}; expected {wanted}; {_AGAIN}"
+                f"{self.path}: '{name}' in its description is {reprlib.repr(value)}; expected "
+                f"{wanted}; {_AGAIN}"
             )
         return value
 

@@ -38,9 +38,15 @@ RESEARCH: tuple[str, ...] = ("humanact12", "humanact12-fine")
 """Sources for research only."""
 
 THEMES = {
-    "Walk": "walking", "Run": "running", "Jump": "jumping", "Dance": "dancing", "Animal Behavior": "animals", "Wash": "housework", "Step": "steps and climbing",
+    "Walk": "walking",
+    "Run": "running",
+    "Jump": "jumping",
+    "Dance": "dancing",
+    "Animal Behavior": "animals",
+    "Wash": "housework",
+    "Step": "steps and climbing",
     "Climb": "steps and climbing",
-}  # fmt: skip
+}
 """Of the papers' actions."""
 HUMANACT12_THEMES = {
     "walk": "walking",

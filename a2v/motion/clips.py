@@ -160,10 +160,17 @@ def clip_library() -> ClipLibrary:
         row = rows[file]
         clips.append(
             Clip(
-                name=row["name"], file=file, theme=row["theme"], plays=row["plays"], mirrors=row["mirrors"] == "yes", air=row["air"] == "yes",
-                words=row["words"], fps=fps, pace=pace,
+                name=row["name"],
+                file=file,
+                theme=row["theme"],
+                plays=row["plays"],
+                mirrors=row["mirrors"] == "yes",
+                air=row["air"] == "yes",
+                words=row["words"],
+                fps=fps,
+                pace=pace,
             )
-        )  # fmt: skip
+        )
     offsets = held["rest_offsets"].astype(np.float64)
     skeleton = skeleton_from_parents(
         held["parents"].tolist(), held["joint_names"].tolist(), offsets, name="custom"

@@ -204,7 +204,8 @@ def _timed(direction: Direction, seconds: float) -> Direction:
     for key in keys:
         if not -1e-6 <= key.time <= seconds + 1e-6:
             raise InputError(
-                f"a keyframe is at {key.time:g} s, and the motion lasts {seconds:g} s; ask for more --seconds"
+                f"a keyframe is at {key.time:g} s, and the motion lasts {seconds:g} s; ask for "
+                "more --seconds"
             )
     return dataclasses.replace(direction, keyframes=tuple(sorted(keys, key=lambda key: key.time)))
 
@@ -253,7 +254,8 @@ def check_directed(
         raise InputError("a path is walked by one action; give one --action")
     if count != 1:
         raise InputError(
-            f"count is {count}, and a directed motion is one clip; another --seed makes it in another way"
+            f"count is {count}, and a directed motion is one clip; another --seed makes it in "
+            "another way"
         )
     for hold in direction.holds:
         model.skeleton.index(hold.joint)

@@ -30,8 +30,8 @@ LEAST_LOOP_SECONDS = 0.8
 FADE_SECONDS = 0.4
 """How long its end fades into what led to its start."""
 SEAM_SECONDS = 1 / 30
-"""Width in seconds by which the root of a cycle in place is evened: the seam of one that turns was a
-jolt of 1.4 times the largest inside (Crossover walk, seed 0), and is .7 times."""
+"""Width in seconds by which the root of a cycle in place is evened: the seam of one that turns was
+a jolt of 1.4 times the largest inside (Crossover walk, seed 0), and is .7 times."""
 #: Least mean speed of a cycle over the upper quartile of the clip's.
 LIVELY = 0.7
 #: How much accelerations speak against the moments where a cycle begins and ends.
@@ -217,7 +217,8 @@ def make_loop(
     )
     if motion.frames < fade + least + 2:
         raise InputError(
-            f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes {fade + least + 2} or more (ask for --seconds 5)"
+            f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes "
+            f"{fade + least + 2} or more (ask for --seconds 5)"
         )
     skeleton = skeleton_of_motion(motion)
     path = ground_trajectory(motion)
@@ -365,7 +366,8 @@ def _twins(motion: Motion) -> IntArray:
             other = ("right" if side == "left" else "left", base)
             if other not in whole:
                 raise InputError(
-                    f"joint '{motion.joint_names[index]}' has no twin on the other side; the clip cannot be mirrored"
+                    f"joint '{motion.joint_names[index]}' has no twin on the other side; the clip "
+                    "cannot be mirrored"
                 )
             twin[index] = whole.index(other)
     return twin

@@ -56,7 +56,8 @@ def read_keyframes(
     content = parse_yaml(data, source, "list of keyframes", expected)
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
         raise InputError(
-            f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected {expected}"
+            f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected "
+            f"{expected}"
         )
     keys: list[Keyframe] = []
     holds: list[Hold] = []
@@ -119,7 +120,8 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
         raise InputError(
-            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than {MAX_POSES} of them"
+            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than "
+            f"{MAX_POSES} of them"
         )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
@@ -161,7 +163,8 @@ def read_holds(text: str) -> list[Hold]:
         found = _HELD.fullmatch(part)
         if found is None:
             raise InputError(
-                f"{brief(part)} holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or JOINT body x,y,z from ..."
+                f"{brief(part)} holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or "
+                "JOINT body x,y,z from ..."
             )
         x, y, z = (float(number) for number in found["at"].split(","))
         holds.append(
@@ -183,7 +186,8 @@ def _kind(entry: object, where: str) -> str:
     known = _ENTRIES[kind]
     if unknown := [name for name in entry if name not in known]:
         raise InputError(
-            f"{where} has the unknown entry {brief(unknown[0])}; expected {', '.join(sorted(known))}"
+            f"{where} has the unknown entry {brief(unknown[0])}; expected "
+            f"{', '.join(sorted(known))}"
         )
     if kind == "place" and not {"at", "heading"} & set(entry):
         raise InputError(

@@ -46,8 +46,18 @@ RUNTIME = ("ort.wasm.min.js", "ort-wasm-simd-threaded.mjs", "ort-wasm-simd-threa
 
 MAX_SECONDS = 30.0
 _KEPT = (
-    "format", "actions", "active", "bone_lengths", "context_frames", "window_frames", "frames", "fps", "guidance", "latent_size", "hidden_size"
-)  # fmt: skip
+    "format",
+    "actions",
+    "active",
+    "bone_lengths",
+    "context_frames",
+    "window_frames",
+    "frames",
+    "fps",
+    "guidance",
+    "latent_size",
+    "hidden_size",
+)
 
 
 def write_motion_page(
@@ -116,7 +126,8 @@ def write_motion_page(
     pieces = _pieces(parts | {name: _packed(data) for name, data in packed.items()})
     if sum(map(len, pieces)) > MAX_PAGE_BYTES:
         raise InputError(
-            f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB"
+            f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds "
+            f"{MAX_PAGE_BYTES >> 20} MB"
         )
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.writelines(pieces)
@@ -163,11 +174,16 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     makers = {name: node for node in graph.node for name in node.output}
     numbers = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     found = [
-        node for node in graph.node
-        if node.op_type == "Mul" and strength is not None
-        and (by := numbers.get(node.input[1])) is not None and by.size == 1 and float(by.reshape(())) == strength
-        and node.input[0] in makers and makers[node.input[0]].op_type == "Sub"
-    ]  # fmt: skip
+        node
+        for node in graph.node
+        if node.op_type == "Mul"
+        and strength is not None
+        and (by := numbers.get(node.input[1])) is not None
+        and by.size == 1
+        and float(by.reshape(())) == strength
+        and node.input[0] in makers
+        and makers[node.input[0]].op_type == "Sub"
+    ]
     for node in found:  # free + guidance * (pushed - free), as FlowNetwork.integrate has it
         node.input[1] = "guidance"
     if found:
@@ -246,7 +262,8 @@ def _character(model: MotionModel, path: str | os.PathLike[str]) -> tuple[dict[s
         raise glb.fail(f"has no bone for {', '.join(missing[:4])}")
     if missing := missing_joints(source):
         raise InputError(
-            f"{model.path.name} has no {', '.join(missing[:4])} among its joints; leave the character out"
+            f"{model.path.name} has no {', '.join(missing[:4])} among its joints; leave the "
+            "character out"
         )
     table = table_of(model.skeleton.name)
     neutral = {"knee": SOFT_KNEE} | {

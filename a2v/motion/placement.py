@@ -115,7 +115,8 @@ def scale_bones(
         chosen = parts.get(name) or ((names.index(name),) if name in names[1:] else ())
         if not chosen:
             raise InputError(
-                f"no bone '{name}' to scale; choose from {', '.join(sorted(parts))}, or a joint: {', '.join(names[1:])}"
+                f"no bone '{name}' to scale; choose from {', '.join(sorted(parts))}, or a joint: "
+                f"{', '.join(names[1:])}"
             )
         scaled[list(chosen)] *= np.float32(factor)
     return scaled

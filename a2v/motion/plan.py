@@ -159,7 +159,8 @@ def make_steps(
         return make_motion(model, steps, take, edit=edit, direction=direction)
     if direction is not None or take.lengths is not None:
         raise InputError(
-            f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has its own bones and goes its own way; "
+            f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has "
+            "its own bones and goes its own way; "
             "leave bone lengths, paths, poses and holds out"
         )
     return make_sourced(
@@ -201,7 +202,8 @@ def plan_motion(
         raise InputError("both action and timeline are given; give one of them")
     if timeline is None and not action:
         raise InputError(
-            "no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion"
+            "no action given; name one with --action (a2v actions lists them), or give a "
+            "--timeline or a --motion"
         )
     if model == AUTO and directed:
         model = DIRECTED
@@ -209,7 +211,8 @@ def plan_motion(
         opened = MotionModel.load(model)
         if license == "free" and "research" in opened.card.license:
             raise InputError(
-                f"model {model} is for research only; leave --license free out, or choose another --model"
+                f"model {model} is for research only; leave --license free out, or choose another "
+                "--model"
             )
         known = Vocabulary.of(opened.card)
         steps, matches = (

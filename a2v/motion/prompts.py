@@ -18,9 +18,25 @@ from a2v.motion.vocabulary import Match as Match
 from a2v.motion.vocabulary import Vocabulary as Vocabulary
 
 NUMBERS = {
-    "half a": 0.5, "half": 0.5, "a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
-    "nine": 9, "ten": 10, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30,
-}  # fmt: skip
+    "half a": 0.5,
+    "half": 0.5,
+    "a": 1,
+    "an": 1,
+    "one": 1,
+    "two": 2,
+    "three": 3,
+    "four": 4,
+    "five": 5,
+    "six": 6,
+    "seven": 7,
+    "eight": 8,
+    "nine": 9,
+    "ten": 10,
+    "twelve": 12,
+    "fifteen": 15,
+    "twenty": 20,
+    "thirty": 30,
+}
 #: Longest step that a prompt may ask for, seconds.
 MAX_SECONDS = 600.0
 MAX_PROMPT = 2000
@@ -98,11 +114,13 @@ class Step:
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
             raise InputError(
-                f"'{self.action}' has both seconds ({self.seconds:g}) and frames ({self.frames}); give one of them"
+                f"'{self.action}' has both seconds ({self.seconds:g}) and frames ({self.frames}); "
+                "give one of them"
             )
         if self.seconds is not None and not 0 < self.seconds <= MAX_SECONDS:
             raise InputError(
-                f"'{self.action}' lasts {self.seconds:g} seconds; expected more than 0 and at most {MAX_SECONDS:g}"
+                f"'{self.action}' lasts {self.seconds:g} seconds; expected more than 0 and at most "
+                f"{MAX_SECONDS:g}"
             )
         if self.frames is not None and self.frames < 1:
             raise InputError(f"'{self.action}' lasts {self.frames} frames; expected at least 1")
@@ -161,7 +179,8 @@ def _parts(text: str) -> list[_Part]:
     pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
     if not text.strip() or not all(pieces):
         raise InputError(
-            f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or 'then' between them"
+            f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or "
+            "'then' between them"
         )
     if len(pieces) > MAX_PARTS:
         raise InputError(f"the prompt has {len(pieces)} parts; expected at most {MAX_PARTS}")
@@ -184,7 +203,8 @@ def _parts(text: str) -> list[_Part]:
             waiting = frozenset()
     if not parts:
         raise InputError(
-            f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists what there is)"
+            f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists "
+            "what there is)"
         )
     return parts
 

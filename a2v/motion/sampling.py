@@ -119,7 +119,8 @@ def checked_results(
     joints, rotations = made
     if joints.shape != shape or rotations.shape != shape:
         raise InputError(
-            f"{path} made joints of shape {joints.shape}; expected {shape}: export the model again with a2v"
+            f"{path} made joints of shape {joints.shape}; expected {shape}: export the model again "
+            "with a2v"
         )
     return joints, rotations
 

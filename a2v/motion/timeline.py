@@ -111,8 +111,13 @@ def _timed_step(
             f"{where} is {brief(entry)}; expected names and values, such as action: walk"
         )
     kinds: dict[str, type | tuple[type, ...]] = {
-        "action": str, "style": str, "seconds": (int, float), "speed": (int, float), "frames": int, "seed": int
-    }  # fmt: skip
+        "action": str,
+        "style": str,
+        "seconds": (int, float),
+        "speed": (int, float),
+        "frames": int,
+        "seed": int,
+    }
     for name, value in entry.items():
         if name not in kinds:
             raise InputError(
@@ -121,7 +126,8 @@ def _timed_step(
         fits = isinstance(value, kinds[name]) and not isinstance(value, bool)
         if not fits or (name == "seed" and not 0 <= int(value) < 2**32):
             raise InputError(
-                f"{where} has {name}: {brief(value)}; expected {'text' if kinds[name] is str else 'a number'}"
+                f"{where} has {name}: {brief(value)}; expected "
+                f"{'text' if kinds[name] is str else 'a number'}"
             )
     words = f"{entry['action']} {entry.get('style', '')}".strip()
     if len(words) > MAX_PROMPT:
@@ -208,9 +214,13 @@ def perform(
     )
     noise = _noise_of(steps, starts, take.seed)
     joints, rotations = model.generate(
-        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, fresh=True, skip_rest=skip_rest,
+        np.tile(labels, (count, 1)),
+        np.tile(body, (count, 1)),
+        noise,
+        fresh=True,
+        skip_rest=skip_rest,
         steerer=None if steerer is None else steerer(Moments(at, rate)),
-    )  # fmt: skip
+    )
     motion = model.to_motion(
         joints, rotations, lengths=body, names=names, seed=take.seed, place=steerer is None
     )

@@ -76,7 +76,8 @@ class UnknownActionError(InputError):
 
     def __init__(self, text: str, nearest: Sequence[str]) -> None:
         super().__init__(
-            f"'{shorten(text, 80)}' is none of the actions that are known; the nearest are {', '.join(nearest)}"
+            f"'{shorten(text, 80)}' is none of the actions that are known; the nearest are "
+            f"{', '.join(nearest)}"
         )
         self.text, self.nearest = text, tuple(nearest)
 

@@ -64,11 +64,13 @@ class GroundPath:
             or not np.isfinite(points).all()
         ):
             raise InputError(
-                f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, meters"
+                f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, "
+                "meters"
             )
         if np.abs(points).max() > MAX_METRES:
             raise InputError(
-                f"a point of the path is {np.abs(points).max():g} m away; expected at most {MAX_METRES:g}"
+                f"a point of the path is {np.abs(points).max():g} m away; expected at most "
+                f"{MAX_METRES:g}"
             )
         if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
             raise InputError(
@@ -76,7 +78,8 @@ class GroundPath:
             )
         if not MIN_METRES <= self.lengths[-1] <= MAX_METRES:
             raise InputError(
-                f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to {MAX_METRES:g}"
+                f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to "
+                f"{MAX_METRES:g}"
             )
 
     @property
@@ -170,7 +173,8 @@ def _points(rows: Sequence[str]) -> FloatArray:
     points = [_numbers(row) for row in rows]
     if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
         raise InputError(
-            f"'{brief(odd[0])}' is no point of a path; expected x,z in meters, such as \"0,0 0,3 3,3\", or a .csv, .yaml or .svg file"
+            f"'{brief(odd[0])}' is no point of a path; expected x,z in meters, such as \"0,0 0,3 "
+            '3,3", or a .csv, .yaml or .svg file'
         )
     return np.array(points, np.float64).reshape(-1, 2)
 

@@ -65,7 +65,8 @@ class WindowSampler:
         shares = self.card.active[label]
         if not len(shares):
             raise InputError(
-                f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose another action"
+                f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose "
+                "another action"
             )
         return shares
 
@@ -256,7 +257,8 @@ class WindowSampler:
         action."""
         if request.frames > self.card.window_frames:
             raise InputError(
-                f"{self.path.name} makes windows of {self.card.window_frames} frames; {request.frames} were requested"
+                f"{self.path.name} makes windows of {self.card.window_frames} frames; "
+                f"{request.frames} were requested"
             )
         active, headings = request.active, request.headings
         if active is None:

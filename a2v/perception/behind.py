@@ -17,8 +17,8 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 _SIDE = 400
 """Longest side at which regions are found, pixels."""
 _GAP = 0.02
-"""Half of the width of gaps in the hole that say nothing of what lies behind it, such as that between
-the legs, a fraction of the longer side."""
+"""Half of the width of gaps in the hole that say nothing of what lies behind it, such as that
+between the legs, a fraction of the longer side."""
 _LIGHTNESS = 0.5
 """Weight of lightness beside a and b when regions are found: shading is no border."""
 _SMALLEST = 0.0012
@@ -27,8 +27,8 @@ _MERGED = (5.0, 10.0)
 """Neighboring regions become one if their chroma differs by less, and their lightness at the border
 by less, CIELAB."""
 _SOFT = (2.5, 5.0, 14.0)
-"""They become one, too, if chroma and lightness at their border and their mean chroma differ by less:
-a lamp's glow has no sharp border."""
+"""They become one, too, if chroma and lightness at their border and their mean chroma differ by
+less: a lamp's glow has no sharp border."""
 _SPECK = 0.0025
 """Regions smaller than this, a fraction of the picture, are taken for part of the hole."""
 _PARTED = (4.0, 10.0)
@@ -82,8 +82,8 @@ def find_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
 def fill_by_regions(
     colors: FloatArray, hole: BoolArray, regions: IntArray, shadow: BoolArray
 ) -> FloatArray:
-    """Fill a hole with the shading of the regions behind it, which meets the rim without a step, and
-    with their texture; in a shadow, the texture stays and the shading is that of the region.
+    """Fill a hole with the shading of the regions behind it, which meets the rim without a step,
+    and with their texture; in a shadow, the texture stays and the shading is that of the region.
 
     Parameters
     ----------
@@ -188,8 +188,8 @@ def _grown_into(labels: IntArray, where: BoolArray) -> IntArray:
 
 
 def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
-    """Join neighbors of one material, and of the rest the smallest with the likest neighbor, until at
-    most `_REGIONS` touch the hole; islands in the hole get -1."""
+    """Join neighbors of one material, and of the rest the smallest with the likest neighbor, until
+    at most `_REGIONS` touch the hole; islands in the hole get -1."""
     import cv2
 
     near = cv2.dilate(hole.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
@@ -266,8 +266,8 @@ def _joined(count: int, pairs: IntArray) -> IntArray:
 
 
 def _neighbors(colors: FloatArray, numbers: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Pairs of neighboring regions (P, 2), and the median steps of lightness and chroma across their
-    borders (P,)."""
+    """Pairs of neighboring regions (P, 2), and the median steps of lightness and chroma across
+    their borders (P,)."""
     rows, steps = [], []
     far = 3  # pixels: beyond the blur of the border
     for axis in (0, 1):

@@ -21,7 +21,8 @@ _ENDS = 40
 _LEAST_CONTACT = 0.012
 """Least length at which a part of a region has to meet the hole, a fraction of the longer side."""
 _ALONG = 0.08
-"""Cost of a pixel of border between two cells along the continued border of the same two regions."""
+"""Cost of a pixel of border between two cells along the continued border of the same two
+regions."""
 _ACROSS = 0.6
 """Cost of a pixel of any other border between cells; at the rim of the hole it is 1."""
 _SWEEPS = 20
@@ -136,8 +137,8 @@ def _same(line: _Line, other: _Line, gap: float) -> bool:
 
 
 def _cells(lines: list[_Line], hole: BoolArray) -> tuple[IntArray, IntArray]:
-    """Connected cells (H, W) into which the lines cut the hole, -1 outside; and on which sides of the
-    lines (H, W) each pixel lies, a bit a line."""
+    """Connected cells (H, W) into which the lines cut the hole, -1 outside; and on which sides of
+    the lines (H, W) each pixel lies, a bit a line."""
     import cv2
 
     rows, columns = np.nonzero(hole)

@@ -17,9 +17,16 @@ LEAST_FACE = 14.0
 """Smallest distance between the eyes, pixels, of a face that is detected."""
 
 GLANCES = (
-    (0.0, 0.0, 1.0), (0.06, 0.0, 1.0), (-0.06, 0.0, 1.0), (0.0, 0.06, 1.0), (0.0, -0.06, 1.0),
-    (0.0, 0.0, 0.88), (0.0, 0.0, 1.14), (0.05, 0.05, 0.94), (-0.05, -0.05, 1.07),
-)  # fmt: skip
+    (0.0, 0.0, 1.0),
+    (0.06, 0.0, 1.0),
+    (-0.06, 0.0, 1.0),
+    (0.0, 0.06, 1.0),
+    (0.0, -0.06, 1.0),
+    (0.0, 0.0, 0.88),
+    (0.0, 0.0, 1.14),
+    (0.05, 0.05, 0.94),
+    (-0.05, -0.05, 1.07),
+)
 """Squares in which a face is detected: shift to the right and down, and size, in halves of the
 square."""
 

@@ -72,11 +72,13 @@ class ExtractionSettings:
             raise InputError(f"slack is {self.slack}; expected 0.5 to 4")
         if not 0 < self.pieces <= 1:
             raise InputError(
-                f"pieces is {self.pieces}; expected a share of the largest piece's volume, above 0 and at most 1"
+                f"pieces is {self.pieces}; expected a share of the largest piece's volume, above 0 "
+                "and at most 1"
             )
         if not (0 <= self.smoothing <= 50 and 0 <= self.snap <= 10 and self.chunk >= 1):
             raise InputError(
-                f"smoothing={self.smoothing}, snap={self.snap}, chunk={self.chunk}; expected 0 to 50, 0 to 10, and at least 1"
+                f"smoothing={self.smoothing}, snap={self.snap}, chunk={self.chunk}; expected 0 to "
+                "50, 0 to 10, and at least 1"
             )
 
     @property
@@ -177,7 +179,8 @@ def sample_field(
     box = np.asarray(bounds, np.float64)
     if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[1] > box[0]).all():
         raise InputError(
-            f"bounds are {np.array2string(box, separator=', ')}; expected the least and the largest corner of a box, meters"
+            f"bounds are {np.array2string(box, separator=', ')}; expected the least and the "
+            "largest corner of a box, meters"
         )
     levels = settings.levels
     cell = float((box[1] - box[0]).max()) / settings.resolution
@@ -225,7 +228,8 @@ def _evaluate(field: Field, points: FloatArray, chunk: int) -> FloatArray:
         found = np.asarray(field(part))
         if found.shape != (len(part),):
             raise InputError(
-                f"the field returned shape {found.shape} for {len(part)} points; expected ({len(part)},)"
+                f"the field returned shape {found.shape} for {len(part)} points; expected "
+                f"({len(part)},)"
             )
         out[start : start + chunk] = found
     if not np.isfinite(out).all():
@@ -312,7 +316,8 @@ def mesh_grid(
     kept = np.where(np.abs(kept) < limit, np.where(kept < 0, -limit, limit), kept)
     if not (kept < 0).any():
         raise InputError(
-            "the field has no surface in the bounds: it is positive everywhere; do field, bounds and photo belong together?"
+            "the field has no surface in the bounds: it is positive everywhere; do field, bounds "
+            "and photo belong together?"
         )
     points, faces, _, _ = marching_cubes(kept, 0.0, gradient_direction="ascent")
     points, faces = grid.origin + points.astype(np.float64) * grid.cell, faces.astype(np.int64)

@@ -47,11 +47,13 @@ class ViewCamera(Record):
         values = np.array([*self.origin, *self.target, *self.up, self.fov], np.float64)
         if not np.isfinite(values).all() or not 0 < self.fov < 180:
             raise InputError(
-                f"a camera with fov {self.fov} at {self.origin} cannot be used; expected finite numbers, fov in (0, 180)"
+                f"a camera with fov {self.fov} at {self.origin} cannot be used; expected finite "
+                "numbers, fov in (0, 180)"
             )
         if np.linalg.norm(np.cross(self.up, np.subtract(self.target, self.origin))) < 1e-9:
             raise InputError(
-                f"the camera at {self.origin} looks along its own up direction; choose another target or up"
+                f"the camera at {self.origin} looks along its own up direction; choose another "
+                "target or up"
             )
 
     @property
@@ -123,7 +125,8 @@ class CameraPath(Record):
     def __post_init__(self) -> None:
         if not re.fullmatch(NAME_PATTERN, self.name):
             raise InputError(
-                f"'{self.name}' names no camera; expected letters, digits, - and _, since files are named so"
+                f"'{self.name}' names no camera; expected letters, digits, - and _, since files "
+                "are named so"
             )
         where = f"camera '{self.name}'"
         numbers = [
@@ -139,7 +142,8 @@ class CameraPath(Record):
             raise InputError(f"{where} holds a number that is not finite")
         if not -90 < self.elevation < 90 or not 0 < self.fov < 180:
             raise InputError(
-                f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < elevation < 90, 0 < fov < 180"
+                f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < "
+                "elevation < 90, 0 < fov < 180"
             )
         if self.distance is not None and self.distance <= 0:
             raise InputError(f"{where} has distance {self.distance}; expected meters above 0")
@@ -150,7 +154,8 @@ class CameraPath(Record):
         placed = self.azimuth, self.elevation, self.turn, self.distance, self.follow
         if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
             raise InputError(
-                f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, distance and follow"
+                f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, "
+                "distance and follow"
             )
 
     def toward(self, frames: int, front: float = 0.0) -> FloatArray:
@@ -200,7 +205,8 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     content = parse_yaml(data, path, "YAML", "a few cameras")
     if not isinstance(content, dict) or not content:
         raise InputError(
-            f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}"
+            f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, "
+            f"elevation: 12}}"
         )
     kinds = {
         field.name: field
@@ -211,7 +217,8 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
             raise InputError(
-                f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}"
+                f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: "
+                f"30, elevation: 12}}"
             )
         if name in VIEWS or name in (TURNTABLE.name, "video"):  # files are named so
             raise InputError(f"{path}: the name '{name}' is taken; choose another one")
@@ -361,7 +368,8 @@ def mean_facing(facing: FloatArray, frames: int) -> float:
     angles = np.asarray(facing, np.float64)
     if angles.shape != (frames,) or not np.isfinite(angles).all():
         raise InputError(
-            f"facing has shape {angles.shape}; expected one finite angle for each of {frames} frames"
+            f"facing has shape {angles.shape}; expected one finite angle for each of {frames} "
+            "frames"
         )
     mean = np.exp(1j * angles).mean()
     return float(np.degrees(np.angle(mean))) if abs(mean) > 1e-6 else 0.0

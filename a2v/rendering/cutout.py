@@ -96,7 +96,8 @@ def behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray |
             or backdrop.dtype != np.uint8
         ):
             raise InputError(
-                "the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop"
+                "the background is 'image', but there is no picture (height, width, 3) uint8; give "
+                "one as backdrop"
             )
         width, height = settings.shape
         scale = min(

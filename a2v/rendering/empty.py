@@ -79,8 +79,10 @@ def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
     # as seen from the lamp, which follows the camera's target: the same in every frame that follows
     relative = ViewCamera(
         origin=(foot[0], camera.origin[1], foot[1]),
-        target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
-    )  # fmt: skip
+        target=(0.0, camera.target[1], 0.0),
+        up=camera.up,
+        fov=camera.fov,
+    )
     light[top:] = _light(look, relative, size)[top:]
     color[top:] = np.where(here[..., None], albedo[top:] * light[top:], color[top:])
     return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)

@@ -44,11 +44,13 @@ class Framing(Record):
     def __post_init__(self) -> None:
         if not 0 < self.fov < 180 or not 0 <= self.margin < 0.5 or not 0 < self.share <= 1:
             raise InputError(
-                f"fov {self.fov}, margin {self.margin}, share {self.share}; expected 0 to 180 degrees, 0 to 0.5, 0 to 1"
+                f"fov {self.fov}, margin {self.margin}, share {self.share}; expected 0 to 180 "
+                "degrees, 0 to 0.5, 0 to 1"
             )
         if self.smoothing < 0 or self.ease < 0 or (self.height is not None and self.height <= 0):
             raise InputError(
-                f"smoothing {self.smoothing}, ease {self.ease}, height {self.height}; expected none below 0, a height above 0"
+                f"smoothing {self.smoothing}, ease {self.ease}, height {self.height}; expected "
+                "none below 0, a height above 0"
             )
 
 
@@ -101,11 +103,13 @@ class Subject:
         points = np.asarray(track, np.float64)
         if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
             raise InputError(
-                f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds"
+                f"the character's track has shape {points.shape}; expected (frames, vertices, 3), "
+                "or (frames, 2, 3) for bounds"
             )
         if not np.isfinite(points).all():
             raise InputError(
-                "the character's track holds NaN or infinite numbers; check the motion that moved it"
+                "the character's track holds NaN or infinite numbers; check the motion that moved "
+                "it"
             )
         low, high = points.min(axis=1), points.max(axis=1)
         if points.shape[1] == 2:

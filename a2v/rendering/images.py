@@ -56,7 +56,8 @@ def contact_sheet(
     for image in images:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise InputError(
-                f"a picture has shape {image.shape} and type {image.dtype}; expected (height, width, 3) uint8"
+                f"a picture has shape {image.shape} and type {image.dtype}; expected (height, "
+                "width, 3) uint8"
             )
     count = len(images)
     if cols is None:

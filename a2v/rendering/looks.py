@@ -41,7 +41,8 @@ def read_look(name: str | os.PathLike[str]) -> LookSettings:
     path = Path(__file__).with_name("looks") / f"{name}.yaml" if name in LOOKS else Path(name)
     if name not in LOOKS and not path.is_file():
         raise InputError(
-            f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML file of lights"
+            f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML "
+            "file of lights"
         )
     data = read_bytes(path, limit=MAX_LOOK_FILE, empty=True)
     content = parse_yaml(data, path, "YAML", "a few lights")

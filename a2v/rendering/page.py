@@ -46,7 +46,8 @@ def viewer_script() -> str:
     begin, stop = page.find("<script>"), page.find(end)
     if begin < 0 or stop < begin or "AnimationMixer" not in page[begin:stop]:
         raise A2VError(
-            f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install trimesh 5.2"
+            f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install "
+            "trimesh 5.2"
         )
     return str(page[begin + len("<script>") : stop + len(end)])
 
@@ -105,12 +106,18 @@ def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
         raise InputError("the video is not an MP4; make one with write_video")
     if len(glb) + len(film) > MAX_PAGE_BYTES:
         raise InputError(
-            f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB"
+            f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds "
+            f"{MAX_PAGE_BYTES >> 20} MB"
         )
     parts: dict[str, bytes] = {
-        "title": html.escape(title).encode(), "layout": b"both" if film else b"alone", "glb": base64.b64encode(glb),
-        "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>' % (base64.b64encode(film), _PLAYER) if film else b"",
-    }  # fmt: skip
+        "title": html.escape(title).encode(),
+        "layout": b"both" if film else b"alone",
+        "glb": base64.b64encode(glb),
+        "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>'
+        % (base64.b64encode(film), _PLAYER)
+        if film
+        else b"",
+    }
     return [piece if name is None else parts[name] for name, piece in _template()]
 
 

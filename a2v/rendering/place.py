@@ -131,9 +131,14 @@ def estimate_light(surface: Surface) -> LookSettings:
     facing = float(np.maximum(normals[seen] @ direction, 0).mean())
     fill = float(linear_to_srgb(np.array(1 - share)))
     return LookSettings(
-        background=(fill, fill, fill), sun=(share / max(facing, 0.45),) * 3, sun_direction=tuple(direction.tolist()), sun_angle=8.0,
-        spot=(0.0, 0.0, 0.0), grid=0.0, gloss=False,
-    )  # fmt: skip
+        background=(fill, fill, fill),
+        sun=(share / max(facing, 0.45),) * 3,
+        sun_direction=tuple(direction.tolist()),
+        sun_angle=8.0,
+        spot=(0.0, 0.0, 0.0),
+        grid=0.0,
+        gloss=False,
+    )
 
 
 def exposed(look: LookSettings, gain: FloatArray) -> LookSettings:

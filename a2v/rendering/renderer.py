@@ -354,7 +354,8 @@ class Renderer:
         differs from what it shows."""
         if vertices is not None and vertices.shape != (self._count, 3):
             raise InputError(
-                f"the frame has vertices of shape {vertices.shape}; the surface has ({self._count}, 3)"
+                f"the frame has vertices of shape {vertices.shape}; the surface has "
+                f"({self._count}, 3)"
             )
         parameters = shown.parameters
         if vertices is not None and (
@@ -362,7 +363,8 @@ class Renderer:
         ):
             if not np.isfinite(vertices).all():
                 raise InputError(
-                    "the frame's vertices hold NaN or infinite numbers; check the motion that moved them"
+                    "the frame's vertices hold NaN or infinite numbers; check the motion that "
+                    "moved them"
                 )
             parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
             parameters["person.vertex_normals"] = self._mesh.normals(vertices).ravel()

@@ -103,7 +103,8 @@ class LookSettings(Record):
         colors = np.concatenate([shown, [self.sun, self.spot]])
         if not np.isfinite(colors).all() or colors.min() < 0 or shown.max() > 1:
             raise InputError(
-                "light must be finite and not negative, and background, zenith and ground sRGB in [0, 1]"
+                "light must be finite and not negative, and background, zenith and ground sRGB in "
+                "[0, 1]"
             )
         if not 0.01 <= self.haze <= 10:
             raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
@@ -113,7 +114,8 @@ class LookSettings(Record):
             )
         if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
             raise InputError(
-                f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m to ground_radius"
+                f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m "
+                "to ground_radius"
             )
         if (
             not 0 < self.sun_angle < 45
@@ -123,7 +125,8 @@ class LookSettings(Record):
             or self.bounces < 1
         ):
             raise InputError(
-                "expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0"
+                "expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, "
+                "grid >= 0"
             )
 
     @property

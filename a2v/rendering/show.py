@@ -43,7 +43,7 @@ class View:
     def _repr_html_(self) -> str:
         """The page in a frame of its own: its styles and scripts stay apart from the notebook's."""
         style = f"width:100%;height:{self.height}px;border:0;border-radius:8px"
-        return f'<iframe srcdoc="{html.escape(self.page)}" style="{style}" title="a2v" allowfullscreen></iframe>'
+        return f'<iframe srcdoc="{html.escape(self.page)}" style="{style}" title="a2v" allowfullscreen></iframe>'  # noqa: E501
 
     def __repr__(self) -> str:
         return (
@@ -106,7 +106,8 @@ def show(
             return _show_data(bytes(what), height, title)
         else:
             raise InputError(
-                f"cannot show {type(what).__name__}; expected a Character, Surface, Motion, bytes of a GLB or MP4, or a path"
+                f"cannot show {type(what).__name__}; expected a Character, Surface, Motion, bytes "
+                "of a GLB or MP4, or a path"
             )
         return _show_data(path.read_bytes(), height, title)
 
@@ -127,9 +128,10 @@ def _show_data(data: bytes, height: int, title: str) -> View:
         return View(page_of(data, title=title or "a2v"), height)
     source = f"data:video/mp4;base64,{base64.b64encode(data).decode()}"
     style = "margin:0;height:100vh;background:#c9ced3"
-    video = f'<video src="{source}" controls loop muted autoplay playsinline style="width:100%;height:100%;object-fit:contain"></video>'
+    video = f'<video src="{source}" controls loop muted autoplay playsinline style="width:100%;height:100%;object-fit:contain"></video>'  # noqa: E501
     return View(
-        f'<!DOCTYPE html><meta charset="utf-8"><title>{html.escape(title or "a2v")}</title><body style="{style}">{video}',
+        f'<!DOCTYPE html><meta charset="utf-8"><title>{html.escape(title or "a2v")}</title><body '
+        f'style="{style}">{video}',
         height,
     )
 

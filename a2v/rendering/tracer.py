@@ -383,9 +383,15 @@ class _Lamps:
             for v in (*(light.power for light in lights), overhead, look.fill - overhead)
         )
         return cls(
-            mi=mi, center=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
+            mi=mi,
+            center=(c, sc),
+            across=((a, b), (sa, sb)),
+            normal=(n, sn),
+            power=(sun_power, spot_power),
+            fill=fill,
+            rest=rest,
             haze=None if look.zenith is None else _number(mi, -1 / look.haze),
-        )  # fmt: skip
+        )
 
     def sky(self, way: Any) -> Any:
         """Light from the sky in directions `way` (`LookSettings.sky`)."""

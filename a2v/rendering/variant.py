@@ -30,7 +30,7 @@ scene = mi.load_dict({"type": "scene", "shape": {"type": "rectangle"}, "light": 
 image = mi.render(scene, integrator=mi.load_dict({"type": "direct"}), spp=1)
 assert float(image.array[0]) >= 0
 print("a2v: llvm works")
-"""
+"""  # noqa: E501
 
 
 def llvm_candidates() -> tuple[str | None, ...]:
@@ -106,8 +106,10 @@ def choose_variant() -> tuple[str, str | None]:
     works, library = _working_llvm()
     if not works:
         return FALLBACK_VARIANT, (
-            f"LLVM cannot be used by Mitsuba here, so frames are rendered with '{FALLBACK_VARIANT}' (several times slower); "
-            "install karellen-llvm-core or LLVM 17 or newer, or point DRJIT_LIBLLVM_PATH at its library"
+            "LLVM cannot be used by Mitsuba here, so frames are rendered with "
+            f"'{FALLBACK_VARIANT}' (several times slower); "
+            "install karellen-llvm-core or LLVM 17 or newer, or point DRJIT_LIBLLVM_PATH at its "
+            "library"
         )
     if library is not None:
         os.environ["DRJIT_LIBLLVM_PATH"] = library

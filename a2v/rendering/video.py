@@ -43,11 +43,13 @@ def _checked(frames: Iterable[ByteArray]) -> Iterator[ByteArray]:
     for index, frame in enumerate(frames):
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
             raise InputError(
-                f"frame {index} has shape {frame.shape} and type {frame.dtype}; expected (height, width, 3) uint8"
+                f"frame {index} has shape {frame.shape} and type {frame.dtype}; expected (height, "
+                "width, 3) uint8"
             )
         if shape is not None and frame.shape != shape:
             raise InputError(
-                f"frame {index} is {frame.shape[1]} x {frame.shape[0]} pixels; the first is {shape[1]} x {shape[0]}"
+                f"frame {index} is {frame.shape[1]} x {frame.shape[0]} pixels; the first is "
+                f"{shape[1]} x {shape[0]}"
             )
         shape = frame.shape
         yield frame
@@ -261,7 +263,8 @@ def write_within(
             1.3 * scale**2 / step * limit / needed
         )  # no need to try what is sure to be too large
     raise InputError(
-        f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or smaller video"
+        f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or "
+        "smaller video"
     )
 
 

@@ -114,7 +114,8 @@ class Making:
         except (ValueError, KeyError, IndexError):
             return (
                 None,
-                f"a2v ended with code {self._program.returncode} and said nothing that is understood",
+                f"a2v ended with code {self._program.returncode} and said nothing that is "
+                "understood",
             )
         finally:
             self._said.close()
@@ -160,7 +161,8 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
         if command is None:
             self.report(
                 {"ERROR"},
-                "a2v is not installed; install it (README), or name its program in the extension's preferences",
+                "a2v is not installed; install it (README), or name its program in the extension's "
+                "preferences",
             )
             return {"CANCELLED"}
         try:
@@ -168,7 +170,8 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
         except OSError as error:
             self.report(
                 {"ERROR"},
-                f"{command} cannot be run: {error.strerror}; name the program in the extension's preferences",
+                f"{command} cannot be run: {error.strerror}; name the program in the extension's "
+                "preferences",
             )
             return {"CANCELLED"}
         if self.wait:

@@ -56,12 +56,24 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
         written.append(write_blob(outcome, result.values["thumbnail"], folder / THUMBNAIL))
     row, request = job.row, job.row.request
     record = {
-        "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name,
-        "photo": request.person.photo, "action": request.motion.action, "model": request.motion.model, "motion": request.motion.motion or "", "seed": request.motion.seed, "frames": request.motion.frames,
-        "views": request.film.views or "", "size": request.film.size, "seconds": round(result.seconds, 3), "problem": result.problem,
-        "notes": " ".join((*job.notes, *result.notes)), "trace": result.trace, "key": job.tasks[-1].key if job.tasks else "",
+        "folder": job.name,
+        "status": "failed" if result.problem else "done",
+        "name": row.name,
+        "photo": request.person.photo,
+        "action": request.motion.action,
+        "model": request.motion.model,
+        "motion": request.motion.motion or "",
+        "seed": request.motion.seed,
+        "frames": request.motion.frames,
+        "views": request.film.views or "",
+        "size": request.film.size,
+        "seconds": round(result.seconds, 3),
+        "problem": result.problem,
+        "notes": " ".join((*job.notes, *result.notes)),
+        "trace": result.trace,
+        "key": job.tasks[-1].key if job.tasks else "",
         "files": {path.name: path.stat().st_size for path in written},
-    }  # fmt: skip
+    }
     with atomic_path(folder / RECORD) as temporary:
         temporary.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     return record
@@ -128,9 +140,10 @@ def _cell(value: object) -> object:
 
 _STYLE = """body{font:14px system-ui,sans-serif;margin:2em;color:#222;background:#fafafa}table{border-collapse:collapse;width:100%}
 td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left;vertical-align:middle}img{border-radius:4px;display:block}
-.failed td{color:#a33}input{padding:.4em;width:20em;margin-bottom:1em}"""
+.failed td{color:#a33}input{padding:.4em;width:20em;margin-bottom:1em}"""  # noqa: E501
 _FILTER = (
-    "document.querySelector('input').oninput=e=>{for(const r of document.querySelectorAll('tbody tr'))"
+    "document.querySelector('input').oninput=e=>{for(const r of document.querySelectorAll('tbody "
+    "tr'))"
     "r.hidden=!r.textContent.toLowerCase().includes(e.target.value.toLowerCase())}"
 )
 
@@ -140,10 +153,12 @@ def _page(rows: list[dict[str, Any]]) -> str:
     heads = ("", "job", "photo", "action", "seed", "frames", "views", "result")
     lines = "\n".join(map(_line, rows))
     return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>a2v: {done} videos</title><style>{_STYLE}</style>\n'
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>a2v: {done} '
+        f"videos</title><style>{_STYLE}</style>\n"
         f"<h1>{done} videos, {len(rows) - done} failed</h1>\n"
-        f'<input type="search" aria-label="filter" placeholder="filter"> <a href="results.csv">results.csv</a>\n'
-        f"<table><thead><tr>{''.join(f'<th>{name}</th>' for name in heads)}</tr></thead><tbody>\n{lines}\n</tbody></table>\n"
+        '<input type="search" aria-label="filter" placeholder="filter"> <a '
+        'href="results.csv">results.csv</a>\n'
+        f"<table><thead><tr>{''.join(f'<th>{name}</th>' for name in heads)}</tr></thead><tbody>\n{lines}\n</tbody></table>\n"  # noqa: E501
         f"<script>{_FILTER}</script></html>\n"
     )
 
@@ -159,8 +174,8 @@ def _line(record: Mapping[str, Any]) -> str:
     )
     cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in told)
     if record["status"] == "failed":
-        return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'
-    picture = f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" height="96" alt=""></a>'
+        return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'  # noqa: E501
+    picture = f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" height="96" alt=""></a>'  # noqa: E501
     links = " ".join(
         f'<a href="{folder}/{name}">{name}</a>'
         for name in ("video.mp4", "character.glb", "motion.bvh")

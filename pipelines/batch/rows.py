@@ -89,13 +89,15 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     )
     if not rows:
         raise InputError(
-            f"{source} names no jobs; expected a row for every video, with at least the columns photo and action"
+            f"{source} names no jobs; expected a row for every video, with at least the columns "
+            "photo and action"
         )
     known = {"name", *names()}
     if unknown := sorted({name for row in rows for name in row} - known):
         shown = sorted(name for name in known if "." not in name)
         raise InputError(
-            f"{source} has the unknown column '{shorten(unknown[0], 60)}'; the columns are {', '.join(shown)}, and settings such as fit.height"
+            f"{source} has the unknown column '{shorten(unknown[0], 60)}'; the columns are "
+            f"{', '.join(shown)}, and settings such as fit.height"
         )
     return [_row(number, row, source.parent, given) for number, row in enumerate(rows, 1)]
 
@@ -113,7 +115,8 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
             _check_count(number, source)
             if None in row:
                 raise InputError(
-                    f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas"
+                    f"line {reader.line_num} of {source} has more cells than the first line; put "
+                    "quotes around text with commas"
                 )
             given = {
                 name: value.strip()
@@ -132,13 +135,15 @@ def _yaml_rows(data: bytes, source: Path) -> Iterator[dict[str, object]]:
     )
     if not isinstance(content, list):
         raise InputError(
-            f"{source} holds {shorten(content, 60)}; expected a list of jobs, each with photo and action"
+            f"{source} holds {shorten(content, 60)}; expected a list of jobs, each with photo and "
+            "action"
         )
     for number, given in enumerate(content, 1):
         _check_count(number, source)
         if not isinstance(given, dict):
             raise InputError(
-                f"job {number} of {source} is {shorten(given, 60)}; expected names and values, such as photo: me.jpg"
+                f"job {number} of {source} is {shorten(given, 60)}; expected names and values, "
+                "such as photo: me.jpg"
             )
         yield dict(_flat(given))
 
@@ -207,6 +212,7 @@ def _text(name: str, value: object) -> str:
     text = value if isinstance(value, str) else str(value)
     if len(text) > MAX_CELL or "\0" in text:
         raise InputError(
-            f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them zero"
+            f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them "
+            "zero"
         )
     return text

@@ -218,7 +218,8 @@ class Schedule:
                 "WorkerCrashedError",
             ):
                 raise _ClusterLostError(
-                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there"
+                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command "
+                    "when it is there"
                 ) from error
             del flying[future]
             self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=True)
@@ -227,7 +228,7 @@ class Schedule:
                 return
             often = self._losses.lost[task.key]
             result = Result(
-                problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers"
+                problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers"  # noqa: E501
             )
         else:
             del flying[future]

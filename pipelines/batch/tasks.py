@@ -38,8 +38,10 @@ from pipelines.requests.person import PersonRequest
 
 Kind = Literal["person", "motion", "video"]
 TARGETS: Mapping[Kind, tuple[str, ...]] = {
-    "person": ("character", "body"), "motion": ("motion",), "video": ("video", "clip", "glb", "bvh", "motion"),
-}  # fmt: skip
+    "person": ("character", "body"),
+    "motion": ("motion",),
+    "video": ("video", "clip", "glb", "bvh", "motion"),
+}
 """What each kind of task takes from the graph."""
 GIVEN: Mapping[Kind, tuple[str, ...]] = {**TARGETS, "video": (*TARGETS["video"], "thumbnail")}
 """What each kind of task gives."""
@@ -292,9 +294,9 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         if other := [
             name for name, digest in likeness.items() if own_likeness().get(name) != digest
         ]:
-            text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"
+            text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"  # noqa: E501
             return Result(
-                problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there",
+                problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there",  # noqa: E501
                 strange=True,
             )
         if (known := recall(task, store)) is not None:

@@ -85,7 +85,8 @@ def run(options: Options) -> Answer:
         finally:
             counts = write_tables(out)
     print(
-        f"{len(rows)} jobs: {len(jobs) - len(left)} over before, {book.made} made, {book.failed} failed now; "
+        f"{len(rows)} jobs: {len(jobs) - len(left)} over before, {book.made} made, {book.failed} "
+        "failed now; "
         f"{out} holds {counts['done']} videos and {counts['failed']} failures",
         file=sys.stderr,
     )

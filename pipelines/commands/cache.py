@@ -81,11 +81,13 @@ def run(options: Options) -> Answer:
     if options.forget is not None and not options.clear:
         gone = forget(store, [ref_of(Blob.of(read_bytes(options.forget, limit=MAX_PHOTO_BYTES)))])
         lines.append(
-            f"forgot {options.forget}: {gone.calls} results, {gone.values} stored values, {gone.bytes / 1e6:.1f} MB"
+            f"forgot {options.forget}: {gone.calls} results, {gone.values} stored values, "
+            f"{gone.bytes / 1e6:.1f} MB"
         )
         if gone.unknown:
             lines.append(
-                f"  and {gone.unknown} results of an older version of a2v, which do not say which photo they are of"
+                f"  and {gone.unknown} results of an older version of a2v, which do not say which "
+                "photo they are of"
             )
         lines.append(
             "  not touched: the photo itself, and what was written to --out folders and pages"

@@ -277,7 +277,8 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
         wanted[name] = file
     if not wanted:
         raise InputError(
-            "no clip given; name actions with --actions (a2v actions lists them) or files with --motions"
+            "no clip given; name actions with --actions (a2v actions lists them) or files with "
+            "--motions"
         )
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError(

@@ -90,7 +90,8 @@ def _retarget(
     notes = []
     if is_fbx and (lost := fbx_to_glb(source, folder / "in.glb")):
         notes.append(
-            f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside {source.name} or beside it"
+            f"{target.name} is written without {', '.join(lost[:4])}: expected PNG or JPEG inside "
+            f"{source.name} or beside it"
         )
     person = read_person(folder / "in.glb" if is_fbx else source)
     edit, carried = (
@@ -151,6 +152,7 @@ def _wanted(options: Options) -> dict[str, str | None]:
         )
     if not asked:
         raise InputError(
-            "no motion given; name one with --action, several with --actions (a2v actions lists them), or files with --motions"
+            "no motion given; name one with --action, several with --actions (a2v actions lists "
+            "them), or files with --motions"
         )
     return dict(asked)

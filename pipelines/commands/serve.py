@@ -86,9 +86,18 @@ def run(options: Options) -> Answer:
             ready,
         )
         config = uvicorn.Config(
-            app, loop="asyncio", http=protocol(token), ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
-            proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=MAX_CONNECTIONS,
-        )  # fmt: skip
+            app,
+            loop="asyncio",
+            http=protocol(token),
+            ws="none",
+            lifespan="on",
+            log_level="error",
+            access_log=False,
+            server_header=False,
+            proxy_headers=False,
+            timeout_graceful_shutdown=2,
+            limit_concurrency=MAX_CONNECTIONS,
+        )
         with contextlib.suppress(
             KeyboardInterrupt, asyncio.CancelledError
         ):  # the second: interrupted before the loop had begun
@@ -150,7 +159,8 @@ def _only_one(folder: Path) -> Iterator[None]:
     with open(folder / "lock", "a", encoding="utf-8") as stream:
         if not lock(stream.fileno()):
             raise InputError(
-                f"a page runs on {folder} already; open its address, end it first, or choose another --folder"
+                f"a page runs on {folder} already; open its address, end it first, or choose "
+                "another --folder"
             )
         yield
 
@@ -167,7 +177,8 @@ def _listening(port: int) -> Iterator[socket.socket]:
             listener.listen()  # whoever comes before the server is ready waits
         except OSError as error:
             raise InputError(
-                f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for any"
+                f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for "
+                "any"
             ) from None
         yield listener
 
@@ -192,7 +203,8 @@ def _open(folder: Path, address: str) -> None:
     path = folder / "open.html"
     with atomic_path(path) as temporary:
         temporary.write_text(
-            f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(address)}"><a href="{escape(address)}">a2v</a>',
+            f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(address)}"><a '
+            f'href="{escape(address)}">a2v</a>',
             encoding="utf-8",
         )
     webbrowser.open(path.as_uri())

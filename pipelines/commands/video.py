@@ -103,7 +103,8 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     rigged = not options.rigging.plain
     if rigged and options.only:
         raise InputError(
-            "--only writes the result of one node on the body's own rig; leave --rig and --root-motion out"
+            "--only writes the result of one node on the body's own rig; leave --rig and "
+            "--root-motion out"
         )
     exports = ["engine_character", "poses", "props"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
@@ -166,7 +167,8 @@ def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
     write_early_page(outcome, out)
     if not quiet:
         print(
-            f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the video follows",
+            f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
+            "video follows",
             file=sys.stderr,
         )
 

@@ -37,7 +37,8 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
         raise InputError(f"cannot draw to '{path}'; expected .svg, .png, .pdf or .dot")
     if drawer == "dot" and not shutil.which("dot"):
         raise InputError(
-            "Graphviz' dot is not installed (Debian: apt-get install graphviz); use --drawer matplotlib"
+            "Graphviz' dot is not installed (Debian: apt-get install graphviz); use --drawer "
+            "matplotlib"
         )
     with atomic_path(path) as temporary:
         if suffix == ".dot":
@@ -74,13 +75,15 @@ def dot_source(graph: Graph) -> str:
     steps = {step.node.name: step for step in graph}
     lines = [
         "digraph a2v {",
-        '  rankdir=TB; ranksep=0.35; nodesep=0.25; node [fontname="Helvetica", fontsize=11, style=filled, shape=box, color="#666666"];',
+        '  rankdir=TB; ranksep=0.35; nodesep=0.25; node [fontname="Helvetica", fontsize=11, '
+        'style=filled, shape=box, color="#666666"];',
         '  edge [color="#888888", arrowsize=0.7];',
     ]
     for name, step in steps.items():
         tip = (step.node.__doc__ or "").split("\n")[0].replace('"', "'")
         lines.append(
-            f'  "{name}" [label="{label(step)}", tooltip="{tip}", fillcolor="{_FANNED if step.fans_out else _SINGLE}"];'
+            f'  "{name}" [label="{label(step)}", tooltip="{tip}", '
+            f'fillcolor="{_FANNED if step.fans_out else _SINGLE}"];'
         )
     for name in inputs_of(graph):
         lines.append(

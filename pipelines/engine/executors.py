@@ -151,7 +151,7 @@ class LocalExecutor(Executor):
         if processes and manager is not None:
             manager.join(
                 5
-            )  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then
+            )  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then  # noqa: E501
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
@@ -319,14 +319,15 @@ def _connect(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
-            f"no Dask scheduler answers at '{address}' ({shorten(error, 80)}); start one (dask scheduler) or give another --address"
+            f"no Dask scheduler answers at '{address}' ({shorten(error, 80)}); start one (dask "
+            "scheduler) or give another --address"
         ) from None
 
 
 def _dask_failure(error: BaseException, address: str | None, *, alive: bool) -> str:
     """What happened to a run on Dask, in one line with its remedy."""
     if "KilledWorker" in type(error).__name__:
-        return "Dask's workers were killed while they computed, most likely because the memory was used up; run again with fewer or larger workers"
+        return "Dask's workers were killed while they computed, most likely because the memory was used up; run again with fewer or larger workers"  # noqa: E501
     where = f"at {address} " if address else ""
     lost = "a worker or the network failed" if alive else "it ended or cannot be reached any more"
-    return f"the Dask scheduler {where}stopped answering: {lost}; what was finished is remembered: start it again and repeat the command"
+    return f"the Dask scheduler {where}stopped answering: {lost}; what was finished is remembered: start it again and repeat the command"  # noqa: E501

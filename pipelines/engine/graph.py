@@ -171,5 +171,5 @@ def check_names(graph: Graph, names: Collection[str], known: Sequence[str], what
         if name not in known:
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
             raise InputError(
-                f"unknown {what} '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(known)}"
+                f"unknown {what} '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(known)}"  # noqa: E501
             )

@@ -150,7 +150,8 @@ class Bound:
         node, store, events, code, fresh = self._state
         if node.code() != code:
             raise A2VError(
-                f"worker {platform.node()} has other code for '{node.name}' than this machine; install the same version there"
+                f"worker {platform.node()} has other code for '{node.name}' than this machine; "
+                "install the same version there"
             )
         with events_in(events):
             return node.call(store, code, args, kwargs, fresh=fresh)
@@ -200,7 +201,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, os.PathLike):
         raise TypeError(f"the path {os.fspath(value)} cannot be part of a key; pass File.of(path)")
     raise TypeError(
-        f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them"
+        f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text "
+        "or dataclasses of them"
     )
 
 

@@ -83,7 +83,8 @@ class Remote:
             Exception
         ) as error:  # each plug-in raises kinds of its own for an address that is none
             raise InputError(
-                f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL such as s3://bucket/folder"
+                f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL "
+                "such as s3://bucket/folder"
             ) from error
         return files, root
 
@@ -149,7 +150,8 @@ class Remote:
             except Exception as error:  # plug-ins raise kinds of their own besides OSError
                 if attempt == ATTEMPTS - 1:
                     raise A2VError(
-                        f"the store {self.url} fails ({shorten(error, 120)}); what was finished is remembered, repeat the command when it answers"
+                        f"the store {self.url} fails ({shorten(error, 120)}); what was finished is "
+                        "remembered, repeat the command when it answers"
                     ) from error
                 time.sleep(FIRST_WAIT * 2**attempt)
         raise AssertionError

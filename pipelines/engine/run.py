@@ -125,7 +125,8 @@ def run(
         name for name in inputs_of(steps) if name not in params and name not in overrides
     ]:
         raise InputError(
-            f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} {', '.join(missing)}; none was given"
+            f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} "
+            f"{', '.join(missing)}; none was given"
         )
     anew = set(fresh) | (downstream_of(graph, start) if start else set())
     inputs = {
@@ -184,7 +185,8 @@ def _again(last: bool) -> Iterator[None]:
     except BrokenProcessPool:
         if last:
             raise A2VError(
-                f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because the memory was used up; what was "
+                f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because "
+                "the memory was used up; what was "
                 "finished is remembered: run again with fewer --workers or a smaller --size"
             ) from None
 
@@ -236,7 +238,8 @@ def _event_folder(store: Store) -> Iterator[Path]:
         folder = Path(tempfile.mkdtemp(dir=parent))
     except OSError as error:
         raise InputError(
-            f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache or A2V_CACHE"
+            f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache "
+            "or A2V_CACHE"
         ) from error
     for old in parent.iterdir():
         with contextlib.suppress(OSError):

@@ -148,8 +148,10 @@ class Store:
             with contextlib.suppress(OSError):  # not there yet, or not ours to look at
                 if others := others_who_write(part):
                     raise InputError(
-                        f"the store {part} {others}, and what it remembers is believed; choose another with --cache or A2V_CACHE, "
-                        f"let only yourself write there (chmod go-w), or set A2V_SHARED_STORE=1 if you trust whoever can"
+                        f"the store {part} {others}, and what it remembers is believed; choose "
+                        "another with --cache or A2V_CACHE, "
+                        "let only yourself write there (chmod go-w), or set A2V_SHARED_STORE=1 if "
+                        "you trust whoever can"
                     )
 
     def path(self, ref: Ref[Any]) -> Path:
@@ -178,7 +180,8 @@ class Store:
                 yield temporary
         except InputError as error:
             raise InputError(
-                f"{str(error).partition(';')[0]}; free some space or choose another store with --cache or A2V_CACHE"
+                f"{str(error).partition(';')[0]}; free some space or choose another store with "
+                "--cache or A2V_CACHE"
             ) from error
 
     def get(self, ref: Ref[R], kind: type[R]) -> R:
@@ -193,7 +196,8 @@ class Store:
             return kind.load(self.local_path(ref))
         except InputError as error:
             raise LostObjectError(
-                f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run again"
+                f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run "
+                "again"
             ) from error
 
     def has(self, ref: Ref[Any]) -> bool:
@@ -228,7 +232,8 @@ class Store:
             if data is not None:
                 self.remote.remove(_object_key(ref))
             raise LostObjectError(
-                f"the stored value {ref.digest[:8]} {'is gone' if data is None else 'arrived damaged'}; run again"
+                f"the stored value {ref.digest[:8]} "
+                f"{'is gone' if data is None else 'arrived damaged'}; run again"
             )
         with atomic_path(path) as temporary:
             temporary.write_bytes(data)
@@ -341,7 +346,8 @@ def default_folder() -> Path:
     folder = user_cache_folder()
     if folder is None:
         raise InputError(
-            "there is no home folder to remember results in; choose a folder with --cache or A2V_CACHE"
+            "there is no home folder to remember results in; choose a folder with --cache or "
+            "A2V_CACHE"
         )
     return folder
 
@@ -384,7 +390,8 @@ def _encode(value: Any) -> Any:
             "shape": list(value.shape),
         }
     raise TypeError(
-        f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays of refs"
+        f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays "
+        "of refs"
     )
 
 

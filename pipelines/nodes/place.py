@@ -105,7 +105,8 @@ def spot(
     measure({"on_floor_and_in_picture": found.share})
     if found.share < _STAYS:
         note(
-            f"the photo shows too little floor: {1 - found.share:.0%} of the frames of photo.mp4 leave it, or the picture"
+            f"the photo shows too little floor: {1 - found.share:.0%} of the frames of photo.mp4 "
+            "leave it, or the picture"
         )
     return [put(one) for one in found.spots]
 

@@ -58,7 +58,8 @@ class Poses(Record):
         for name, strength in self.expressions.items():
             if np.shape(strength) != (len(self.bone_transforms),):
                 raise InputError(
-                    f"Poses.expressions.{name} has shape {np.shape(strength)}; expected ({len(self.bone_transforms)},)"
+                    f"Poses.expressions.{name} has shape {np.shape(strength)}; expected "
+                    f"({len(self.bone_transforms)},)"
                 )
 
 

@@ -181,7 +181,8 @@ class _Rule:
         if self.kind is float and re.fullmatch(r"[+-]?\d{1,18}(\.\d{0,18})?", text, re.ASCII):
             return float(text)
         raise InputError(
-            f"{name} is '{shorten(text, 60)}'; expected {_MADE_OF.get(self.kind, self.kind.__name__)}"
+            f"{name} is '{shorten(text, 60)}'; expected "
+            f"{_MADE_OF.get(self.kind, self.kind.__name__)}"
         )
 
 

@@ -71,7 +71,8 @@ def length_of(
         raise InputError(f"fps is {fps}; expected 0.5 to 240")
     if seconds is not None and not 0 < seconds <= MAX_FRAMES / fps:
         raise InputError(
-            f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames per second"
+            f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at "
+            f"{fps:g} frames per second"
         )
     if frames is None:
         frames = max(
@@ -153,7 +154,8 @@ def read_direction(
 
     if way.path is None and way.pace is not None:
         raise InputError(
-            f"pace is {way.pace:g}, but there is no path; give one with --path, or change the tempo with --speed"
+            f"pace is {way.pace:g}, but there is no path; give one with --path, or change the "
+            "tempo with --speed"
         )
     if not way.given:
         return None
@@ -211,9 +213,12 @@ class WayOptions:
         "last pose, in the same form as --start-pose", default=None, metavar="FILE", rare=True
     )
     hold: str | None = option(
-        "joints to hold in place: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...' in meters and seconds; 'left_wrist body ...' is relative to the root",
-        default=None, metavar="WHAT", rare=True,
-    )  # fmt: skip
+        "joints to hold in place: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...' in meters and seconds; "
+        "'left_wrist body ...' is relative to the root",
+        default=None,
+        metavar="WHAT",
+        rare=True,
+    )
 
     @property
     def given(self) -> bool:
@@ -357,7 +362,8 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
         if self.given or self.pace is not None:
             if plan.model is None:
                 raise InputError(
-                    f"{', '.join(plan.sources)} cannot be directed; leave path, poses and holds out, or choose --model {MANY}"
+                    f"{', '.join(plan.sources)} cannot be directed; leave path, poses and holds "
+                    f"out, or choose --model {MANY}"
                 )
             direction = read_direction(plan.model, plan.steps, self, fps=self.fps)
         asked = {

@@ -36,13 +36,17 @@ class PhotoOptions:
     """The photo, and what replaces the detectors."""
 
     photo: str = option(
-        "photo of the whole person (JPEG, PNG...); repeat the option for further photos of the same person",
+        "photo of the whole person (JPEG, PNG...); repeat the option for further photos of the "
+        "same person",
         more="more",
     )
     more: str | None = option(
-        "further photos of the same person in the same clothes, separated by commas, for example from behind; the character has the pose of the first photo",
-        default=None, metavar="FILES", rare=True,
-    )  # fmt: skip
+        "further photos of the same person in the same clothes, separated by commas, for example "
+        "from behind; the character has the pose of the first photo",
+        default=None,
+        metavar="FILES",
+        rare=True,
+    )
     mask: str | None = option(
         "image of the size of the photo, white where the person is; replaces the detected mask",
         default=None,
@@ -55,7 +59,8 @@ class PhotoOptions:
         rare=True,
     )
     corrections: str | None = option(
-        "YAML file of corrections: landmarks, limbs in front or behind, strokes on the mask, which person",
+        "YAML file of corrections: landmarks, limbs in front or behind, strokes on the mask, which "
+        "person",
         default=None,
         metavar="FILE",
     )
@@ -113,8 +118,10 @@ class PersonStages:
     face: FaceSettings = settings(FaceSettings, users=("expressions",))
     character: str = option(
         "canonical: built in a rest pose; fused: built in the photo's pose",
-        default="canonical", choices=("canonical", "fused"), metavar="KIND",
-    )  # fmt: skip
+        default="canonical",
+        choices=("canonical", "fused"),
+        metavar="KIND",
+    )
     color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
     bind: BindSettings = settings(BindSettings, users=())
     triangles: int = option(
@@ -210,7 +217,8 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         paths = listed(self.more or "")
         if paths and (self.character != "canonical" or self.fit.model != FitSettings.model):
             raise InputError(
-                "several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo"
+                "several photos need the body model anny and --character canonical; leave "
+                "--fit.model and --character out, or give one photo"
             )
         files = {name: getattr(self, name) for name in ("photo", "mask", "keypoints")}
         parameters = (

@@ -125,9 +125,12 @@ def test_usd_holds_props_beside_the_skinned_mesh(character: Character, tmp_path:
 def test_textured_surfaces_keep_their_texture() -> None:
     texture = np.arange(16 * 16 * 3, dtype=np.uint8).reshape(16, 16, 3)
     quad = Surface(
-        vertices=np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), faces=np.int32([[0, 1, 2]]), colors=np.zeros((3, 3), np.float32),
-        uv=np.float32([[[0, 0], [1, 0], [0, 1]]]), texture=texture,
-    )  # fmt: skip
+        vertices=np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]),
+        faces=np.int32([[0, 1, 2]]),
+        colors=np.zeros((3, 3), np.float32),
+        uv=np.float32([[[0, 0], [1, 0], [0, 1]]]),
+        texture=texture,
+    )
     both = with_props(quad, Props.of([("step", box(np.zeros(3), np.ones(3)))]))
     assert both.texture is not None
     assert both.uv is not None

@@ -43,9 +43,12 @@ def test_resting_hands_are_on_rungs_of_a_ladder_and_arms_keep_their_lengths(body
                     held.append(np.linalg.norm(nearest_on(lines, point) - point, axis=-1).min())
         for a, b in (("shoulder", "elbow"), ("elbow", "wrist")):
             sizes = [
-                np.linalg.norm(m[:, rig.bones[f"{side}_{a}"], :3, 3] - m[:, rig.bones[f"{side}_{b}"], :3, 3], axis=-1)
+                np.linalg.norm(
+                    m[:, rig.bones[f"{side}_{a}"], :3, 3] - m[:, rig.bones[f"{side}_{b}"], :3, 3],
+                    axis=-1,
+                )
                 for m in (moves, free)
-            ]  # fmt: skip
+            ]
             np.testing.assert_allclose(sizes[0], sizes[1], atol=1e-4)
     assert len(held) > 30
     assert np.mean(np.array(held) < 0.02) > 0.6

@@ -144,9 +144,14 @@ def test_a_person_of_smpl_is_bound_and_walks(carried: tuple[Body, Body, float]) 
     np.testing.assert_allclose(deform(character, body.bone_transforms), surface.vertices, atol=1e-5)
     joints = np.repeat(load_rest(), 8, axis=0)
     motion = Motion(
-        joints=joints, rotations=inverse_kinematics(joints, HUMANACT12).astype(np.float32), root=joints[:, 0], fps=20.0,
-        parents=HUMANACT12.parents, joint_names=HUMANACT12.joint_names, skeleton="humanact12",
-    )  # fmt: skip
+        joints=joints,
+        rotations=inverse_kinematics(joints, HUMANACT12).astype(np.float32),
+        root=joints[:, 0],
+        fps=20.0,
+        parents=HUMANACT12.parents,
+        joint_names=HUMANACT12.joint_names,
+        skeleton="humanact12",
+    )
     moved = retarget(motion, body)
     assert moved.shape == (8, 24, 4, 4)
     lifted = (

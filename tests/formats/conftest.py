@@ -28,7 +28,8 @@ def python_with(*modules: str) -> str:
             if done.returncode == 0:
                 return python
     pytest.skip(
-        f"no Python with {', '.join(modules)}; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy bpy-vrm-format, or set A2V_BLENDER_PYTHON"
+        f"no Python with {', '.join(modules)}; python3.11 -m venv build/bpy && build/bpy/bin/pip "
+        "install bpy bpy-vrm-format, or set A2V_BLENDER_PYTHON"
     )
 
 

@@ -74,7 +74,9 @@ told = {
     "fps": scene.settings.frames_per_second,
     "axes": [axes.right.name, axes.up.name, axes.front.name],
     "parents": {node.name: held(node.parent).name for node in nodes if node.bone is not None},
-    "rest": {node.name: transform(held(node.node_to_world)) for node in nodes if node.bone is not None},
+    "rest": {
+        node.name: transform(held(node.node_to_world)) for node in nodes if node.bone is not None
+    },
     "triangles": mesh.num_triangles,
     "vertices": [vector(point) for point in held(mesh.vertices)],
     "corners": list(held(mesh.vertex_indices)),
@@ -86,13 +88,18 @@ told = {
     },
     "texture": "".join(bytes(held(video).content).hex() for video in held(scene.videos)),
     "leap": max(
-        (abs(b - a) for curve in map(held, held(scene.anim_curves)) for values in [[held(key).value for key in held(curve.keyframes)]]
-         for a, b in itertools.pairwise(values)), default=0.0,
+        (
+            abs(b - a)
+            for curve in map(held, held(scene.anim_curves))
+            for values in [[held(key).value for key in held(curve.keyframes)]]
+            for a, b in itertools.pairwise(values)
+        ),
+        default=0.0,
     ),
     "clips": {stack.name: clip(stack) for stack in map(held, held(scene.anim_stacks))},
     "bones": bones,
     "shapes": {channel.name: shape(channel) for channel in channels},
-}  # fmt: skip
+}
 with open(sys.argv[2], "w") as stream:
     json.dump(told, stream)
 os._exit(0)

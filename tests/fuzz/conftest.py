@@ -39,7 +39,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             report.nodeid.split("::")[-1] for report in terminalreporter.stats.get("failed", [])
         ]
         rows = [
-            f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} | {one.files:,} | {one.deleted:,} |"
+            f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} "
+            f"| {one.files:,} | {one.deleted:,} |"
             for name, one in sorted(TALLIES.items())
         ]
         head = [

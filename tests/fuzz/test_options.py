@@ -155,8 +155,24 @@ def test_motions(words):
         are_whole(Path(folder), "*.npz", read_motion)
 
 
-VIDEO = ["--action", "--model", "--motion", "--frames", "--fps", "--seed", "--views", "--camera", "--background", "--size", "--spp", "--variant",
-         "--render-seed", "--mask", "--keypoints", "--photo"]  # fmt: skip
+VIDEO = [
+    "--action",
+    "--model",
+    "--motion",
+    "--frames",
+    "--fps",
+    "--seed",
+    "--views",
+    "--camera",
+    "--background",
+    "--size",
+    "--spp",
+    "--variant",
+    "--render-seed",
+    "--mask",
+    "--keypoints",
+    "--photo",
+]
 
 
 @settings(max_examples=FEW)

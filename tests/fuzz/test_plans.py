@@ -137,10 +137,23 @@ DIRECTED = [
 ]
 WORDS = st.one_of(
     NUMBERS.map(str).map(lambda text: text[:400]),
-    POINTS.map(lambda points: " ".join(f"{float(x) if abs(x) < 1e308 else x},{y}"[:60] for x, y in points)),
-    st.sampled_from(["0,0 0,2", "0,0 1,1 0,2", "left_wrist 0.3,1.4,0.4 from 1 to 2", "left_wrist body 0,0,0 from 0 to 1e9", "x.bvh#1-9", "#", "walk", ".nan"]),
+    POINTS.map(
+        lambda points: " ".join(f"{float(x) if abs(x) < 1e308 else x},{y}"[:60] for x, y in points)
+    ),
+    st.sampled_from(
+        [
+            "0,0 0,2",
+            "0,0 1,1 0,2",
+            "left_wrist 0.3,1.4,0.4 from 1 to 2",
+            "left_wrist body 0,0,0 from 0 to 1e9",
+            "x.bvh#1-9",
+            "#",
+            "walk",
+            ".nan",
+        ]
+    ),
     TEXTS.map(lambda text: text.replace("\0", "")),
-)  # fmt: skip
+)
 
 
 @settings(max_examples=FEW)
@@ -185,9 +198,24 @@ def test_checkpoints(data):
 
 
 RECORD = {
-    "folder": "job", "status": "done", "name": "n", "photo": "a.jpg", "action": "Walk", "model": "cmu", "motion": "", "seed": 1, "frames": 9, "views": "front",
-    "size": 64, "seconds": 1.0, "problem": "", "notes": "", "trace": "", "key": "k", "files": {"video.mp4": 3},
-}  # fmt: skip
+    "folder": "job",
+    "status": "done",
+    "name": "n",
+    "photo": "a.jpg",
+    "action": "Walk",
+    "model": "cmu",
+    "motion": "",
+    "seed": 1,
+    "frames": 9,
+    "views": "front",
+    "size": 64,
+    "seconds": 1.0,
+    "problem": "",
+    "notes": "",
+    "trace": "",
+    "key": "k",
+    "files": {"video.mp4": 3},
+}
 
 
 @given(trees(RECORD))
@@ -199,10 +227,30 @@ def test_records_of_batches(tree):
         are_whole(Path(folder), "*.json", lambda path: json.loads(path.read_text(encoding="utf-8")))
 
 
-HUMAN = ["Hips", "Spine", "Head", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot", "LeftArm", "LeftForeArm", "LeftHand", "RightArm",
-         "RightForeArm", "RightHand"]  # fmt: skip
-FIGURE = {"nodes": [{"name": name, "children": [index + 1] if index + 1 < len(HUMAN) else []} for index, name in enumerate(HUMAN)],
-          "skins": [{"joints": list(range(len(HUMAN)))}]}  # fmt: skip
+HUMAN = [
+    "Hips",
+    "Spine",
+    "Head",
+    "LeftUpLeg",
+    "LeftLeg",
+    "LeftFoot",
+    "RightUpLeg",
+    "RightLeg",
+    "RightFoot",
+    "LeftArm",
+    "LeftForeArm",
+    "LeftHand",
+    "RightArm",
+    "RightForeArm",
+    "RightHand",
+]
+FIGURE = {
+    "nodes": [
+        {"name": name, "children": [index + 1] if index + 1 < len(HUMAN) else []}
+        for index, name in enumerate(HUMAN)
+    ],
+    "skins": [{"joints": list(range(len(HUMAN)))}],
+}
 
 
 @given(trees(FIGURE))

@@ -82,26 +82,48 @@ MOTION = Motion(
 )
 SURFACE = Surface(vertices=ZEROS[0, :3], faces=np.array([[0, 1, 2]], np.int32), colors=ZEROS[0, :3])
 BODY = Body(
-    model="anny", parameters={"shape": np.zeros(2, np.float32)}, vertices=ZEROS[0, :3], faces=np.array([[0, 1, 2]], np.int32),
-    bone_names=("root", "tip"), bone_parents=np.array([-1, 0], np.int32), bone_transforms=np.tile(np.eye(4, dtype=np.float32), (2, 1, 1)),
-    rest_transforms=np.tile(np.eye(4, dtype=np.float32), (2, 1, 1)), bone_tails=np.zeros((2, 3), np.float32),
-    weights=np.full((3, 2), 0.5, np.float32), parts=np.zeros(3, np.int8),
-)  # fmt: skip
+    model="anny",
+    parameters={"shape": np.zeros(2, np.float32)},
+    vertices=ZEROS[0, :3],
+    faces=np.array([[0, 1, 2]], np.int32),
+    bone_names=("root", "tip"),
+    bone_parents=np.array([-1, 0], np.int32),
+    bone_transforms=np.tile(np.eye(4, dtype=np.float32), (2, 1, 1)),
+    rest_transforms=np.tile(np.eye(4, dtype=np.float32), (2, 1, 1)),
+    bone_tails=np.zeros((2, 3), np.float32),
+    weights=np.full((3, 2), 0.5, np.float32),
+    parts=np.zeros(3, np.int8),
+)
 RECORDS = (
     MOTION,
     OrthographicCamera(scale=2.0, center_u=1.0, center_v=1.0),
-    PhotoCamera(flat=OrthographicCamera(scale=2.0, center_u=1.0, center_v=1.0), distance=2.0, pitch=0.1),
-    Subject(image=np.zeros((4, 4, 3), np.uint8), mask=np.zeros((4, 4), np.float32), keypoints=np.zeros((33, 3), np.float32),
-            keypoints_3d=np.zeros((33, 3), np.float32), crop=(0, 0, 4, 4), photo_size=(4, 4)),
+    PhotoCamera(
+        flat=OrthographicCamera(scale=2.0, center_u=1.0, center_v=1.0), distance=2.0, pitch=0.1
+    ),
+    Subject(
+        image=np.zeros((4, 4, 3), np.uint8),
+        mask=np.zeros((4, 4), np.float32),
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.zeros((33, 3), np.float32),
+        crop=(0, 0, 4, 4),
+        photo_size=(4, 4),
+    ),
     SURFACE,
     BODY,
-    Character(surface=SURFACE, body=BODY, weights=np.ones((3, 4), np.float32), bones=np.zeros((3, 4), np.int32), anchors=np.zeros(3, np.int32), parts=np.zeros(3, np.int8)),
+    Character(
+        surface=SURFACE,
+        body=BODY,
+        weights=np.ones((3, 4), np.float32),
+        bones=np.zeros((3, 4), np.int32),
+        anchors=np.zeros(3, np.int32),
+        parts=np.zeros(3, np.int8),
+    ),
     RenderSettings(),
     CameraPath(name="hero"),
     Blob.of(b"data"),
     Poses(bone_transforms=np.zeros((2, 2, 4, 4), np.float32), fps=12.0),
     Pose(bone_transforms=np.zeros((2, 4, 4), np.float32)),
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda record: type(record).__name__)
@@ -192,9 +214,14 @@ def smpl() -> dict[str, np.ndarray]:
     vertices, bones = 6, len(JOINTS[24][1])
     table = np.stack([np.arange(-1, bones - 1), np.arange(bones)])
     return {
-        "v_template": np.zeros((vertices, 3)), "shapedirs": np.zeros((vertices, 3, 2)), "posedirs": np.zeros((vertices, 3, 9 * (bones - 1))),
-        "J_regressor": np.zeros((bones, vertices)), "weights": np.full((vertices, bones), 1 / bones), "kintree_table": table, "f": np.array([[0, 1, 2]], np.uint32),
-    }  # fmt: skip
+        "v_template": np.zeros((vertices, 3)),
+        "shapedirs": np.zeros((vertices, 3, 2)),
+        "posedirs": np.zeros((vertices, 3, 9 * (bones - 1))),
+        "J_regressor": np.zeros((bones, vertices)),
+        "weights": np.full((vertices, bones), 1 / bones),
+        "kintree_table": table,
+        "f": np.array([[0, 1, 2]], np.uint32),
+    }
 
 
 @given(bundles(smpl()))
@@ -223,9 +250,12 @@ def test_damaged_openpose(data):
 
 
 CORRECTIONS = {
-    "units": "fractions", "person": 1, "landmarks": {"nose": [0.5, 0.1]}, "limbs": {"left_lower_arm": "front"},
+    "units": "fractions",
+    "person": 1,
+    "landmarks": {"nose": [0.5, 0.1]},
+    "limbs": {"left_lower_arm": "front"},
     "mask": [{"add": [[0.1, 0.2]], "radius": 0.1}],
-}  # fmt: skip
+}
 
 
 @given(trees(CORRECTIONS))
@@ -348,10 +378,19 @@ def test_masks(data):
 # ------------------------------------------------------------------------------------------------------------------ surveys, avatars
 
 KEY: dict[str, Any] = {
-    "format": "a2v-survey-key/1", "survey": "abc", "title": "A title", "seed": 0,
-    "questions": [{"id": "q1", "kind": "preference", "action": "walk", "clips": ["a", "b"]}, {"id": "q2", "kind": "real", "action": "walk", "clips": ["a"]}],
-    "clips": {"a": {"source": "real", "action": "walk", "provenance": {}}, "b": {"source": "ours", "action": "walk", "provenance": {}}},
-}  # fmt: skip
+    "format": "a2v-survey-key/1",
+    "survey": "abc",
+    "title": "A title",
+    "seed": 0,
+    "questions": [
+        {"id": "q1", "kind": "preference", "action": "walk", "clips": ["a", "b"]},
+        {"id": "q2", "kind": "real", "action": "walk", "clips": ["a"]},
+    ],
+    "clips": {
+        "a": {"source": "real", "action": "walk", "provenance": {}},
+        "b": {"source": "ours", "action": "walk", "provenance": {}},
+    },
+}
 ANSWERS = {
     "format": "a2v-survey-answers/1",
     "survey": "abc",
@@ -372,16 +411,37 @@ def test_surveys(key, answers):
 
 
 SCENE = {
-    "nodes": [{"name": "Hips", "children": [1], "rotation": [0, 0, 0, 1]}, {"name": "Spine", "matrix": [1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}, {"mesh": 0, "skin": 0}],
+    "nodes": [
+        {"name": "Hips", "children": [1], "rotation": [0, 0, 0, 1]},
+        {"name": "Spine", "matrix": [1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]},
+        {"mesh": 0, "skin": 0},
+    ],
     "skins": [{"joints": [0, 1], "inverseBindMatrices": 0}],
-    "meshes": [{"name": "m", "primitives": [{"attributes": {"POSITION": 1, "JOINTS_0": 2, "WEIGHTS_0": 3, "TEXCOORD_0": 4}, "indices": 5, "material": 0}]}],
+    "meshes": [
+        {
+            "name": "m",
+            "primitives": [
+                {
+                    "attributes": {"POSITION": 1, "JOINTS_0": 2, "WEIGHTS_0": 3, "TEXCOORD_0": 4},
+                    "indices": 5,
+                    "material": 0,
+                }
+            ],
+        }
+    ],
     "materials": [{"name": "skin", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-    "textures": [{"source": 0}], "images": [{"bufferView": 0}],
+    "textures": [{"source": 0}],
+    "images": [{"bufferView": 0}],
     "bufferViews": [{"byteOffset": 0, "byteLength": 512}],
-    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 2, "type": "MAT4"}, {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
-                  {"bufferView": 0, "componentType": 5121, "count": 3, "type": "VEC4"}, {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC4"},
-                  {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"}, {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"}],
-}  # fmt: skip
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 2, "type": "MAT4"},
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 0, "componentType": 5121, "count": 3, "type": "VEC4"},
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC4"},
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"},
+        {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"},
+    ],
+}
 
 
 @given(trees(SCENE), st.binary(min_size=512, max_size=512))
@@ -420,13 +480,34 @@ PLACES = (
 )
 ABOVE = (-1, 0, 1, 2, 0, 4, 5, 1, 7, 8, 0, 10, 11, 1, 13, 14)
 PERSON = {
-    "nodes": [*({"name": name, "translation": place, "children": [child for child, parent in enumerate(ABOVE) if parent == number]} for number, (name, place) in enumerate(zip(BONES, PLACES, strict=True))), {"mesh": 0, "skin": 0}],
+    "nodes": [
+        *(
+            {
+                "name": name,
+                "translation": place,
+                "children": [child for child, parent in enumerate(ABOVE) if parent == number],
+            }
+            for number, (name, place) in enumerate(zip(BONES, PLACES, strict=True))
+        ),
+        {"mesh": 0, "skin": 0},
+    ],
     "skins": [{"joints": list(range(16))}],
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}],
-    "bufferViews": [{"byteOffset": 0, "byteLength": 512}], "buffers": [{"byteLength": 512}],
-    "accessors": [{"bufferView": 0, "componentType": 5122, "normalized": True, "count": 60, "type": "VEC3"}, {"componentType": 5121, "count": 60, "type": "VEC4"}, {"bufferView": 0, "componentType": 5121, "normalized": True, "count": 60, "type": "VEC4"}],
-    "extensions": {"VRM": {"humanoid": {"humanBones": [{"bone": name, "node": node} for node, name in enumerate(BONES)]}}},
-}  # fmt: skip
+    "bufferViews": [{"byteOffset": 0, "byteLength": 512}],
+    "buffers": [{"byteLength": 512}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5122, "normalized": True, "count": 60, "type": "VEC3"},
+        {"componentType": 5121, "count": 60, "type": "VEC4"},
+        {"bufferView": 0, "componentType": 5121, "normalized": True, "count": 60, "type": "VEC4"},
+    ],
+    "extensions": {
+        "VRM": {
+            "humanoid": {
+                "humanBones": [{"bone": name, "node": node} for node, name in enumerate(BONES)]
+            }
+        }
+    },
+}
 
 
 @given(trees(PERSON), st.binary(min_size=512, max_size=512))

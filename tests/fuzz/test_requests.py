@@ -48,10 +48,21 @@ def answer(
         path.encode("utf-8", "replace").decode().partition("?")
     )  # as uvicorn decodes it
     scope = {
-        "type": "http", "http_version": "1.1", "method": method, "scheme": "http", "path": f"/{TOKEN}{path}", "raw_path": b"", "root_path": "",
-        "query_string": query.encode("utf-8", "surrogatepass"), "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 8000),
-        "headers": [(name.encode("latin-1", "replace"), value.encode("latin-1", "replace")) for name, value in (HEADERS | (headers or {})).items()],
-    }  # fmt: skip
+        "type": "http",
+        "http_version": "1.1",
+        "method": method,
+        "scheme": "http",
+        "path": f"/{TOKEN}{path}",
+        "raw_path": b"",
+        "root_path": "",
+        "query_string": query.encode("utf-8", "surrogatepass"),
+        "client": ("127.0.0.1", 1),
+        "server": ("127.0.0.1", 8000),
+        "headers": [
+            (name.encode("latin-1", "replace"), value.encode("latin-1", "replace"))
+            for name, value in (HEADERS | (headers or {})).items()
+        ],
+    }
     parts, given_body = [], iter([{"type": "http.request", "body": body, "more_body": False}])
 
     async def receive() -> dict[str, Any]:
@@ -136,8 +147,20 @@ def test_jobs(page, data):
         count(Tally(deleted=1))
 
 
-PLACES = ["/api/{}", "/page/{}", "/photos/{}/{}", "/jobs/{}/{}", "/jobs/{}/all.zip", "/api/photos/{}/again", "/api/jobs/{}/cancel", "/{}", "/page/../{}",
-          "/photos/../../{}", "/jobs/{}/../{}", "/jobs/{}/video.mp4?download={}"]  # fmt: skip
+PLACES = [
+    "/api/{}",
+    "/page/{}",
+    "/photos/{}/{}",
+    "/jobs/{}/{}",
+    "/jobs/{}/all.zip",
+    "/api/photos/{}/again",
+    "/api/jobs/{}/cancel",
+    "/{}",
+    "/page/../{}",
+    "/photos/../../{}",
+    "/jobs/{}/../{}",
+    "/jobs/{}/video.mp4?download={}",
+]
 NAMES = st.one_of(
     TEXTS,
     st.sampled_from(

@@ -172,9 +172,14 @@ def posed(skeleton, frames=6):
         np.float32
     )
     return Motion(
-        joints=joints, rotations=rotations.astype(np.float32), root=joints[:, 0], fps=20, parents=skeleton.parents,
-        joint_names=skeleton.joint_names, skeleton=skeleton.name,
-    )  # fmt: skip
+        joints=joints,
+        rotations=rotations.astype(np.float32),
+        root=joints[:, 0],
+        fps=20,
+        parents=skeleton.parents,
+        joint_names=skeleton.joint_names,
+        skeleton=skeleton.name,
+    )
 
 
 @pytest.mark.parametrize("source", sorted(SKELETONS))

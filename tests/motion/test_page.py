@@ -153,7 +153,8 @@ def test_a_seed_means_what_it_means_in_python(page: Page, model: Model) -> None:
         )
     label = model.label("Jump")
     found = page.evaluate(
-        f"async () => Array.from(await a2v.sample({{ labels: new Array(50).fill({label}), seed: 7 }}))"
+        f"async () => Array.from(await a2v.sample({{ labels: new Array(50).fill({label}), seed: 7 "
+        f"}}))"
     )
     np.testing.assert_allclose(
         np.reshape(found, (50, -1, 3)), model.sample("Jump", frames=50, seed=7).joints, atol=1e-3
@@ -229,7 +230,8 @@ def test_several_actions_and_an_address_that_tells_them(
     expect(page.locator("#told")).to_contain_text("2 actions, made in")
     expect(page.locator("#parts button")).to_have_text(["Walk 2 s ×"])
     frames = page.evaluate(
-        "async () => { const clip = await a2v.clip(); return clip.joints.length / 3 / clip.parents.length; }"
+        "async () => { const clip = await a2v.clip(); return clip.joints.length / 3 / "
+        "clip.parents.length; }"
     )
     assert frames == 3 * model.card.fps
     joints = page.evaluate("async () => Array.from((await a2v.clip()).joints)")
@@ -316,10 +318,13 @@ def test_the_graph_takes_guidance_and_is_otherwise_the_file(name: str, guided: b
         return
     card, rng = model.card, np.random.default_rng(0)
     feed = {
-        "noise": rng.standard_normal((1, card.latent_size), dtype=np.float32), "actions": np.ones(1, np.int64), "active": np.ones(1, np.float32),
-        "context": np.zeros((1, card.context_frames, len(card.joint_names), 3), np.float32), "has_context": np.zeros(1, np.float32),
+        "noise": rng.standard_normal((1, card.latent_size), dtype=np.float32),
+        "actions": np.ones(1, np.int64),
+        "active": np.ones(1, np.float32),
+        "context": np.zeros((1, card.context_frames, len(card.joint_names), 3), np.float32),
+        "has_context": np.zeros(1, np.float32),
         "bone_lengths": model.bone_lengths[None],
-    }  # fmt: skip
+    }
     ours = model.sampler.run(
         feed["actions"], active=feed["active"], noise=feed["noise"], lengths=feed["bone_lengths"]
     )[0]
@@ -348,9 +353,11 @@ def test_what_a_page_cannot_be_is_told(
     with pytest.raises(InputError, match="unknown action"):
         write_motion_page(tmp_path / "p.html", model, action="qwertz")
     for given, words in (
-        (["--count", "2"], "count cannot be given with page"), (["--loop"], "edit cannot be given"), (["--path", "0,0 0,3"], "path cannot"),
+        (["--count", "2"], "count cannot be given with page"),
+        (["--loop"], "edit cannot be given"),
+        (["--path", "0,0 0,3"], "path cannot"),
         (["--action", "walk, then run"], "one action"),
-    ):  # fmt: skip
+    ):
         assert main(["motion", "--page", os.fspath(tmp_path / "p.html"), *given]) == 2
         assert words in capsys.readouterr().err
     assert main(["motion", "--page", os.fspath(tmp_path / "p.pdf")]) == 2

@@ -42,8 +42,11 @@ def in_the_page(
     given = {"about": about, "joints": joints.ravel().tolist(), "labels": labels}
     done = subprocess.run(
         [node, str(folder / "run.js"), str(SCRIPT)],
-        input=json.dumps(given), capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        input=json.dumps(given),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return np.array(json.loads(done.stdout), np.float32).reshape(joints.shape)
 
 

@@ -93,7 +93,8 @@ def test_a_file_of_steps(tmp_path: Path) -> None:
     vocabulary = Vocabulary.of(MotionModel.load("cmu-fine").card)
     path = tmp_path / "t.yaml"
     path.write_text(
-        "- {action: stroll, style: slowly, seconds: 2}\n- {action: jump, frames: 15, seed: 3, speed: 1.5}\n"
+        "- {action: stroll, style: slowly, seconds: 2}\n- {action: jump, frames: 15, seed: 3, "
+        "speed: 1.5}\n"
     )
     steps, matches = read_timeline(path, vocabulary)
     assert steps == [

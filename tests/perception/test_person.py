@@ -58,8 +58,12 @@ def test_landmarks_lie_on_the_person(subject) -> None:
 
 
 def test_who_stands_upright_does_so_in_3d(subject) -> None:
-    depth = {name: subject.keypoints_3d[[BLAZEPOSE.index(f"{side}_{name}") for side in ("left", "right")], 2].mean()
-             for name in ("shoulder", "hip", "ankle")}  # fmt: skip
+    depth = {
+        name: subject.keypoints_3d[
+            [BLAZEPOSE.index(f"{side}_{name}") for side in ("left", "right")], 2
+        ].mean()
+        for name in ("shoulder", "hip", "ankle")
+    }
     assert (
         np.ptp(list(depth.values())) < 0.08
     )  # the detector itself leans this person over by 20 cm

@@ -13,7 +13,8 @@ from a2v.perception.detector import silenced
 REMARKS = (
     "INFO: Created TensorFlow Lite XNNPACK delegate for CPU.\n",
     "WARNING: All log messages before absl::InitializeLog() is called are written to STDERR\n",
-    "W0000 00:00:1732390000.000000 1 inference_feedback_manager.cc:114] Feedback manager requires a model with a single signature inference.\n",
+    "W0000 00:00:1732390000.000000 1 inference_feedback_manager.cc:114] Feedback manager requires "
+    "a model with a single signature inference.\n",
     "I0000 00:00:1732390000.000000 1 gl_context_egl.cc:85] Successfully initialized EGL.\n",
 )
 ERRORS = (

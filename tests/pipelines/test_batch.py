@@ -50,8 +50,13 @@ def test_what_fails_stops_nothing_and_is_told(made):
     _, out = made
     found = records(out)
     assert {name: record["status"] for name, record in found.items()} == {
-        "walk": "done", "jump": "done", "again": "done", "poisoned": "failed", "missing": "failed", "unknown": "failed",
-    }  # fmt: skip
+        "walk": "done",
+        "jump": "done",
+        "again": "done",
+        "poisoned": "failed",
+        "missing": "failed",
+        "unknown": "failed",
+    }
     assert "does not exist" in found["missing"]["problem"]
     assert "'Quidditch'" in found["unknown"]["problem"]
     assert "damaged" in found["poisoned"]["problem"]

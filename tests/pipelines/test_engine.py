@@ -488,7 +488,8 @@ def test_an_edit_of_the_code_runs_that_node_again(store, tmp_path):
     first.write_text(
         first.read_text().replace(
             "    _log",
-            "    # a comment: the node runs, its value is as before, so nothing after it runs\n    _log",
+            "    # a comment: the node runs, its value is as before, so nothing after it runs\n    "
+            "_log",
         )
     )
     assert once() == 9.0

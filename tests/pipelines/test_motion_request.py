@@ -84,9 +84,15 @@ def test_every_wish_of_the_command_line_reaches_the_direction(tmp_path):
     MotionModel.load(MANY).sample("Walk", frames=30, seed=1).save(tmp_path / "a.npz")
     (tmp_path / "k.yaml").write_text("- {time: 1, at: [0, 1]}\n")
     direction = parameters(
-        action="Walk", path="0,0 0,2 2,2", pace=1.1, heading=90.0, keyframes=str(tmp_path / "k.yaml"),
-        start_pose=f"{tmp_path}/a.npz", end_pose=f"{tmp_path}/a.npz#4-6", hold="head 0,1.5,0 from 1 to 2",
-    )["direction"]  # fmt: skip
+        action="Walk",
+        path="0,0 0,2 2,2",
+        pace=1.1,
+        heading=90.0,
+        keyframes=str(tmp_path / "k.yaml"),
+        start_pose=f"{tmp_path}/a.npz",
+        end_pose=f"{tmp_path}/a.npz#4-6",
+        hold="head 0,1.5,0 from 1 to 2",
+    )["direction"]
     assert (len(direction.path.points), direction.pace, round(direction.heading, 3)) == (
         3,
         1.1,

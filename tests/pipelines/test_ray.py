@@ -19,9 +19,19 @@ from tests.support.batches import batch, dies_once, drive, task
 pytest.importorskip("ray", reason="needs a2v[ray]")
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 LIGHT = (
-    "--fit.rounds", "2", "--fit.steps", "3", "--perception.refine", "false", "--implicit.resolution", "200", "--implicit.vertices", "25000",
-    "--color.texture", "256",
-)  # fmt: skip
+    "--fit.rounds",
+    "2",
+    "--fit.steps",
+    "3",
+    "--perception.refine",
+    "false",
+    "--implicit.resolution",
+    "200",
+    "--implicit.vertices",
+    "25000",
+    "--color.texture",
+    "256",
+)
 OF_PEOPLE = (
     "subject",
     "photo_body",

@@ -27,11 +27,13 @@ def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]
 def test_csv_and_yaml_say_the_same(tmp_path):
     table = read(
         tmp_path,
-        b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n',
+        b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, '
+        b'Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n',
     )
     listed = read(
         tmp_path,
-        "- {photo: me.jpg, action: [Walk, ' Jump'], seed: 3, render-seed: 7, fps: 12.5, denoise: false}\n- {photo: you.jpg, action: Run}\n",
+        "- {photo: me.jpg, action: [Walk, ' Jump'], seed: 3, render-seed: 7, fps: 12.5, denoise: "
+        "false}\n- {photo: you.jpg, action: Run}\n",
         "jobs.yaml",
     )
     assert table == listed
@@ -85,7 +87,8 @@ def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
     table = read(
         tmp_path,
-        'photo,action,seed\nme.jpg,"walking slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n',
+        'photo,action,seed\nme.jpg,"walking slowly, then '
+        'jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n',
     )
     listed = read(
         tmp_path, "- {photo: me.jpg, action: [walking slowly, then jump], seed: 1}\n", "jobs.yaml"

@@ -136,9 +136,13 @@ def test_coloring_takes_the_shading_out_unless_told_not_to() -> None:
     v, u = np.indices((256, 256)) + 0.5
     mask = (np.hypot(u - 128, v - 128) < 100).astype(np.float32)
     person = Subject(
-        image=np.rint(255 * photo).astype(np.uint8), mask=mask, keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.full((33, 3), np.nan, np.float32), crop=(0, 0, 256, 256), photo_size=(256, 256),
-    )  # fmt: skip
+        image=np.rint(255 * photo).astype(np.uint8),
+        mask=mask,
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.full((33, 3), np.nan, np.float32),
+        crop=(0, 0, 256, 256),
+        photo_size=(256, 256),
+    )
     pixels = CAMERA.project(surface.vertices).astype(int).clip(0, 255)
     seen = surface.vertices[:, 2] > 0.5
     off = []

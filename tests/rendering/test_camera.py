@@ -235,7 +235,8 @@ def test_a_camera_beside_the_four_leaves_them_alone() -> None:
 def test_camera_files_read(tmp_path: Path) -> None:
     file = tmp_path / "cameras.yaml"
     file.write_text(
-        "hero: {azimuth: 30, elevation: 12.5}\nwide: {follow: false}\ntripod: {origin: [2, 1.5, 3], target: [0, 0.9, 0], fov: 40}\nplain:\n"
+        "hero: {azimuth: 30, elevation: 12.5}\nwide: {follow: false}\ntripod: {origin: [2, 1.5, "
+        "3], target: [0, 0.9, 0], fov: 40}\nplain:\n"
     )
     assert read_cameras(file) == (
         CameraPath(name="hero", azimuth=30, elevation=12.5),

@@ -35,9 +35,15 @@ def faced() -> Surface:
     kinds[:3] = FACE_KINDS.index("eye")
     none = np.zeros(0, np.int32)
     face = Face(
-        names=(), starts=np.zeros(1, np.int32), vertices=none, offsets=np.zeros((0, 3), np.float32), patch=patch,
-        twins=np.zeros(len(patch), np.int32), kinds=kinds, landmarks=np.zeros((478, 3), np.float32),
-    )  # fmt: skip
+        names=(),
+        starts=np.zeros(1, np.int32),
+        vertices=none,
+        offsets=np.zeros((0, 3), np.float32),
+        patch=patch,
+        twins=np.zeros(len(patch), np.int32),
+        kinds=kinds,
+        landmarks=np.zeros((478, 3), np.float32),
+    )
     return dataclasses.replace(plain, face=face)
 
 

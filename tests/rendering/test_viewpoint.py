@@ -28,9 +28,13 @@ OFFSET = np.array([0.3, 0.1, -0.4])
 def subject(crop=(-20, 40, 160, 300), photo_size=(400, 360)) -> Subject:
     height, width = crop[3] - crop[1], crop[2] - crop[0]
     return Subject(
-        image=np.zeros((height, width, 3), np.uint8), mask=np.zeros((height, width), np.float32), keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.full((33, 3), np.nan, np.float32), crop=crop, photo_size=photo_size,
-    )  # fmt: skip
+        image=np.zeros((height, width, 3), np.uint8),
+        mask=np.zeros((height, width), np.float32),
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.full((33, 3), np.nan, np.float32),
+        crop=crop,
+        photo_size=photo_size,
+    )
 
 
 def standing() -> tuple[Surface, tuple[BoolArray, BoolArray]]:

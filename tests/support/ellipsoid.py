@@ -47,11 +47,16 @@ def make_view(seed: int) -> View:
     )
     maps = {
         "mask": (inside * 255).astype(np.uint8),
-        "normals_front": normals_front, "normals_back": normals_back, "depth_front": depth_front, "depth_back": depth_back,
+        "normals_front": normals_front,
+        "normals_back": normals_back,
+        "depth_front": depth_front,
+        "depth_back": depth_back,
         "parts_front": np.where(np.isfinite(depth_front), 2, -1).astype(np.int8),
-        "guide_normals_front": guide_normals_front, "guide_normals_back": guide_normals_back,
-        "guide_depth_front": guide_front, "guide_depth_back": guide_back,
-    }  # fmt: skip
+        "guide_normals_front": guide_normals_front,
+        "guide_normals_back": guide_normals_back,
+        "guide_depth_front": guide_front,
+        "guide_depth_back": guide_back,
+    }
     surface, faces = trimesh.sample.sample_surface(person, 1024, seed=seed)
     points = (surface + generator.normal(0, 0.03, surface.shape)).astype(np.float32)
 
@@ -63,11 +68,24 @@ def make_view(seed: int) -> View:
     point_distance, point_normals = asked(points)
     surface_distance, surface_normals = asked(surface)
     return View(
-        encoded=encode_pictures(image, 95, maps), camera=CAMERA, points=points, distance=truth.at(points)[0].astype(np.float16),
-        guide_distance=point_distance, guide_normals=point_normals,
-        surface_points=surface.astype(np.float32), surface_normals=np.round(normals * 127).astype(np.int8),
-        surface_colors=np.tile(RED, (len(surface), 1)), surface_visible=normals[:, 2] > 0,
-        surface_parts=np.full(len(surface), 2, np.int8), surface_guide_distance=surface_distance, surface_guide_normals=surface_normals,
-        guide_vertices=thin.vertices.astype(np.float32), avatar="ellipsoid", gain=np.ones(3, np.float32), yaw=0.0, seed=0, index=seed,
+        encoded=encode_pictures(image, 95, maps),
+        camera=CAMERA,
+        points=points,
+        distance=truth.at(points)[0].astype(np.float16),
+        guide_distance=point_distance,
+        guide_normals=point_normals,
+        surface_points=surface.astype(np.float32),
+        surface_normals=np.round(normals * 127).astype(np.int8),
+        surface_colors=np.tile(RED, (len(surface), 1)),
+        surface_visible=normals[:, 2] > 0,
+        surface_parts=np.full(len(surface), 2, np.int8),
+        surface_guide_distance=surface_distance,
+        surface_guide_normals=surface_normals,
+        guide_vertices=thin.vertices.astype(np.float32),
+        avatar="ellipsoid",
+        gain=np.ones(3, np.float32),
+        yaw=0.0,
+        seed=0,
+        index=seed,
         split="training",
-    )  # fmt: skip
+    )

@@ -144,7 +144,8 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
         spent, last = time.process_time() - last, time.process_time()
         if spent < IDLE or last - begun > SECONDS:
             raise Hang(
-                f"{last - begun:.1f} s of processor time, {spent:.1f} of them within the last {HANG} s by the clock"
+                f"{last - begun:.1f} s of processor time, {spent:.1f} of them within the last "
+                f"{HANG} s by the clock"
             )
 
     old = [(kind, signal.signal(kind, look)) for kind in (signal.SIGALRM, signal.SIGPROF)]

@@ -35,9 +35,14 @@ def person(skeleton=CMU, frames=6, step=0.1, height=0.0):
     ).astype(np.float32)
     joints[..., 1] += height - joints[..., 1].min()
     return Motion(
-        joints=joints, rotations=rotations, root=joints[:, 0], fps=10, parents=skeleton.parents, joint_names=skeleton.joint_names,
+        joints=joints,
+        rotations=rotations,
+        root=joints[:, 0],
+        fps=10,
+        parents=skeleton.parents,
+        joint_names=skeleton.joint_names,
         skeleton=skeleton.name,
-    )  # fmt: skip
+    )
 
 
 def waving(trajectory=True, clips=6, frames=30):
@@ -56,9 +61,16 @@ def waving(trajectory=True, clips=6, frames=30):
         labels.append(i % 2)
     names = tuple(map(str, range(clips)))
     return ActionDataset(
-        name="waving", skeleton=CMU, actions=("slow", "fast"), joints=tuple(joints), labels=np.array(labels), clip_names=names,
-        subjects=names, fps=20.0, length=20,
-    )  # fmt: skip
+        name="waving",
+        skeleton=CMU,
+        actions=("slow", "fast"),
+        joints=tuple(joints),
+        labels=np.array(labels),
+        clip_names=names,
+        subjects=names,
+        fps=20.0,
+        length=20,
+    )
 
 
 def mirrored(clips=20):

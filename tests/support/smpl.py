@@ -10,16 +10,28 @@ from a2v.body.smpl import JOINTS
 
 # Anny's bone whose head is each of SMPL's joints
 BONES = {
-    "pelvis": "root", "spine1": "spine04", "spine2": "spine03", "spine3": "spine02", "neck": "neck01", "head": "head",
+    "pelvis": "root",
+    "spine1": "spine04",
+    "spine2": "spine03",
+    "spine3": "spine02",
+    "neck": "neck01",
+    "head": "head",
     **{
         f"{side}_{joint}": f"{bone}.{side[0].upper()}"
         for side in ("left", "right")
         for joint, bone in {
-            "hip": "upperleg01", "knee": "lowerleg01", "ankle": "foot", "foot": "toe1-1", "collar": "clavicle", "shoulder": "upperarm01",
-            "elbow": "lowerarm01", "wrist": "wrist", "hand": "finger3-1",
+            "hip": "upperleg01",
+            "knee": "lowerleg01",
+            "ankle": "foot",
+            "foot": "toe1-1",
+            "collar": "clavicle",
+            "shoulder": "upperarm01",
+            "elbow": "lowerarm01",
+            "wrist": "wrist",
+            "hand": "finger3-1",
         }.items()
     },
-}  # fmt: skip
+}
 PARENTS = [-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21]
 
 

@@ -53,12 +53,15 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
         if name in every:
             node = file.nodes[every[name]]
             raise InputError(
-                f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a bone of zero length"
+                f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a "
+                "bone of zero length"
             )
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     raise InputError(
-        f"{file.source}:{file.nodes[0].line}: unknown joints: no {', '.join(name.replace('_', ' ') for name in missing[:4])}"
-        f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or SMPL's names"
+        f"{file.source}:{file.nodes[0].line}: unknown joints: no "
+        f"{', '.join(name.replace('_', ' ') for name in missing[:4])}"
+        f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or "
+        "SMPL's names"
     )
 
 
@@ -99,7 +102,8 @@ def demand_limbs(
         if index and length[index] > 20 * middle:
             node = file.nodes[joint]
             raise InputError(
-                f"{file.source}:{node.line}: the bone of '{node.name}' is {length[index] / middle:.0f} times a limb's length"
+                f"{file.source}:{node.line}: the bone of '{node.name}' is "
+                f"{length[index] / middle:.0f} times a limb's length"
             )
 
 

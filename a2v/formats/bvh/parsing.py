@@ -213,7 +213,8 @@ class _Hierarchy:
         ):
             raise self.fail(
                 number,
-                f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'} but lists {len(names)} channels",
+                f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'} but lists {len(names)} "
+                "channels",
             )
         if unknown := [
             name for name in names if name not in ROTATION_AXES and name not in POSITION_AXES
@@ -274,12 +275,14 @@ def _parse_motion(
     if frames * count > MAX_NUMBERS:
         raise fail(
             row,
-            f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or subsample the file",
+            f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or "
+            "subsample the file",
         )
     if frames * joints > MAX_JOINT_FRAMES:
         raise fail(
             row,
-            f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: cut or subsample the file",
+            f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: "
+            "cut or subsample the file",
         )
     numbers = [i for i in range(row, len(lines)) if lines[i].strip()]
     rows: list[FloatArray] = []

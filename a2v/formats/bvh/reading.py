@@ -236,7 +236,8 @@ def _merge(file: BvhFile, local: FloatArray) -> _Tree:
             merged[j] = merged[node.parent]
     if len(keep) < 2:
         raise InputError(
-            f"{file.source}:{file.nodes[0].line}: every bone has zero length; there is no skeleton to move"
+            f"{file.source}:{file.nodes[0].line}: every bone has zero length; there is no skeleton "
+            "to move"
         )
     new = {old: i for i, old in enumerate(keep)}
     names = _unique([file.nodes[j].name for j in keep])

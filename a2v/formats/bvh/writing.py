@@ -48,7 +48,8 @@ def write_bvh(
     """
     if motion.batch:
         raise InputError(
-            f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+            f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it "
+            "first"
         )
     _write(path, _plan(motion), motion.frames, fps=motion.fps, units=units)
 

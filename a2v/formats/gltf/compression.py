@@ -33,7 +33,8 @@ def demand_compression() -> tuple[str, Path]:
     node = find_node()
     if node is None:
         raise MissingDependencyError(
-            "--compress needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or leave --compress out"
+            "--compress needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt "
+            "install nodejs), or leave --compress out"
         )
     return node, PACKAGES.demand("--compress", "or leave --compress out") / _COMMAND
 
@@ -77,7 +78,8 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise A2VError(
-                f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at {node}"
+                f"glTF Transform cannot run ({shorten(str(error))}); expected Node 18 or newer at "
+                f"{node}"
             ) from error
         if done.returncode or not made.exists():
             told = (
@@ -85,7 +87,8 @@ def compress_glb(path: str | os.PathLike[str], kind: str) -> None:
                 or f"exit code {done.returncode}"
             )
             raise A2VError(
-                f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it anew: {PACKAGES.install_command}"
+                f"glTF Transform failed ({shorten(told)}); leave --compress out, or install it "
+                f"anew: {PACKAGES.install_command}"
             )
         with atomic_path(path) as temporary:
             temporary.write_bytes(made.read_bytes())

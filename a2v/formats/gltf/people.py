@@ -87,7 +87,8 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     found = canonical_joints(names, parents.tolist())
     if missing := missing_joints(found):
         raise file.fail(
-            f"has no bone for {', '.join(missing[:4])} among {', '.join(name for name in names[:6] if name) or 'its nodes'}..."
+            f"has no bone for {', '.join(missing[:4])} among "
+            f"{', '.join(name for name in names[:6] if name) or 'its nodes'}..."
         )
     if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
         raise file.fail("has nodes at places that are no numbers, or far away")
@@ -293,7 +294,8 @@ def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
         or (np.linalg.det(world[:, :3, :3]) <= 0).any()
     ):
         raise file.fail(
-            "has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in the program that made it"
+            "has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in "
+            "the program that made it"
         )
     return nearest_rotations(world[:, :3, :3] / sizes[:, None, None])
 
@@ -318,9 +320,12 @@ def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[Fl
     yaw = float(np.arctan2(across[2], across[0]))
     turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
     legs = [
-        float(np.linalg.norm(heads[found[f"{side}_hip"]] - heads[found[f"{side}_knee"]]) + np.linalg.norm(heads[found[f"{side}_knee"]] - heads[found[f"{side}_ankle"]]))
+        float(
+            np.linalg.norm(heads[found[f"{side}_hip"]] - heads[found[f"{side}_knee"]])
+            + np.linalg.norm(heads[found[f"{side}_knee"]] - heads[found[f"{side}_ankle"]])
+        )
         for side in ("left", "right")
-    ]  # fmt: skip
+    ]
     leg = float(np.mean(legs))
     if leg < 1e-9:
         raise file.fail("has legs without length")

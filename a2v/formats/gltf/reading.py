@@ -148,7 +148,8 @@ class Gltf:
             ) as picture:
                 if max(picture.size) > MAX_IMAGE_SIDE:
                     raise self.fail(
-                        f"image {index} is {picture.width} x {picture.height} pixels; at most {MAX_IMAGE_SIDE} are read"
+                        f"image {index} is {picture.width} x {picture.height} pixels; at most "
+                        f"{MAX_IMAGE_SIDE} are read"
                     )
                 return np.asarray(picture.convert("RGB"))
         except OSError as error:

@@ -42,7 +42,8 @@ def read_skin(
             made, (bones, shares) = _posed(file, attributes, matrices)
             if (count + len(made)) * len(nodes) > MAX_WEIGHTS:
                 raise file.fail(
-                    f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a product of at most {MAX_WEIGHTS}"
+                    f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a "
+                    f"product of at most {MAX_WEIGHTS}"
                 )
             points.append(made)
             faces.append(count + _triangles(file, primitive, len(made)))

@@ -23,9 +23,24 @@ from a2v.formats.gltf.writing import add_animation, add_bones, skinned_document
 from a2v.types import Body, Character, FloatArray
 
 _SIDED = (
-    "UpperLeg", "LowerLeg", "Foot", "Toes", "Shoulder", "UpperArm", "LowerArm", "Hand", "Eye", "ThumbMetacarpal", "ThumbProximal",
-    "ThumbDistal", *(f"{finger}{part}" for finger in ("Index", "Middle", "Ring", "Little") for part in ("Proximal", "Intermediate", "Distal")),
-)  # fmt: skip
+    "UpperLeg",
+    "LowerLeg",
+    "Foot",
+    "Toes",
+    "Shoulder",
+    "UpperArm",
+    "LowerArm",
+    "Hand",
+    "Eye",
+    "ThumbMetacarpal",
+    "ThumbProximal",
+    "ThumbDistal",
+    *(
+        f"{finger}{part}"
+        for finger in ("Index", "Middle", "Ring", "Little")
+        for part in ("Proximal", "Intermediate", "Distal")
+    ),
+)
 
 VRM_BONES: frozenset[str] = frozenset(
     (
@@ -146,7 +161,8 @@ class VrmMeta:
         if not self.license_url.startswith(("https://", "http://")):
             given = f"'{self.license_url}'" if self.license_url else "nothing"
             raise InputError(
-                f"a .vrm states its license by address, given was {given}; add such as --license-url https://creativecommons.org/licenses/by/4.0/"
+                f"a .vrm states its license by address, given was {given}; add such as "
+                "--license-url https://creativecommons.org/licenses/by/4.0/"
             )
 
 
@@ -157,8 +173,8 @@ def write_vrm(
     bones and first person.
 
     A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its
-    own by their names. A skirt and long hair swing (`with_springs`). Clips go into files of their own,
-    `write_vrma`. An avatar of VRM 0.x faces -z.
+    own by their names. A skirt and long hair swing (`with_springs`). Clips go into files of their
+    own, `write_vrma`. An avatar of VRM 0.x faces -z.
 
     Parameters
     ----------
@@ -328,7 +344,8 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
     found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
     if missing := sorted(VRM_REQUIRED - found.keys()):
         raise InputError(
-            f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the rig to vrm first"
+            f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the "
+            "rig to vrm first"
         )
     return found
 

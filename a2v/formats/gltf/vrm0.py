@@ -15,21 +15,40 @@ from a2v.version import __version__
 
 PRESETS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "neutral": ("Neutral", "neutral"), "aa": ("A", "a"), "ih": ("I", "i"), "ou": ("U", "u"), "ee": ("E", "e"), "oh": ("O", "o"),
-        "blink": ("Blink", "blink"), "blinkLeft": ("Blink_L", "blink_l"), "blinkRight": ("Blink_R", "blink_r"),
-        "happy": ("Joy", "joy"), "angry": ("Angry", "angry"), "sad": ("Sorrow", "sorrow"), "relaxed": ("Fun", "fun"),
-        "surprised": ("Surprised", "unknown"), "lookUp": ("LookUp", "lookup"), "lookDown": ("LookDown", "lookdown"),
-        "lookLeft": ("LookLeft", "lookleft"), "lookRight": ("LookRight", "lookright"),
+        "neutral": ("Neutral", "neutral"),
+        "aa": ("A", "a"),
+        "ih": ("I", "i"),
+        "ou": ("U", "u"),
+        "ee": ("E", "e"),
+        "oh": ("O", "o"),
+        "blink": ("Blink", "blink"),
+        "blinkLeft": ("Blink_L", "blink_l"),
+        "blinkRight": ("Blink_R", "blink_r"),
+        "happy": ("Joy", "joy"),
+        "angry": ("Angry", "angry"),
+        "sad": ("Sorrow", "sorrow"),
+        "relaxed": ("Fun", "fun"),
+        "surprised": ("Surprised", "unknown"),
+        "lookUp": ("LookUp", "lookup"),
+        "lookDown": ("LookDown", "lookdown"),
+        "lookLeft": ("LookLeft", "lookleft"),
+        "lookRight": ("LookRight", "lookright"),
     }
-)  # fmt: skip
+)
 """Names and presets of 0.x by those of 1.0."""
 
 _MUSCLES: Mapping[str, float | bool] = MappingProxyType(
     {
-        "armStretch": 0.05, "legStretch": 0.05, "upperArmTwist": 0.5, "lowerArmTwist": 0.5, "upperLegTwist": 0.5, "lowerLegTwist": 0.5,
-        "feetSpacing": 0, "hasTranslationDoF": False,
+        "armStretch": 0.05,
+        "legStretch": 0.05,
+        "upperArmTwist": 0.5,
+        "lowerArmTwist": 0.5,
+        "upperLegTwist": 0.5,
+        "lowerLegTwist": 0.5,
+        "feetSpacing": 0,
+        "hasTranslationDoF": False,
     }
-)  # fmt: skip
+)
 """Unity's defaults for a humanoid."""
 
 _PLAIN: Mapping[str, dict[str, object]] = MappingProxyType(

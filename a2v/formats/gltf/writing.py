@@ -215,13 +215,15 @@ def write_morph_glb(
         or not np.isfinite(frames).all()
     ):
         raise InputError(
-            f"frames have shape {frames.shape}; expected (T, {len(surface.vertices)}, 3) finite numbers"
+            f"frames have shape {frames.shape}; expected (T, {len(surface.vertices)}, 3) finite "
+            "numbers"
         )
     if not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps is {fps}; expected a positive number")
     if frames.nbytes > MAX_MORPH_BYTES:
         raise InputError(
-            f"{len(frames)} frames of {frames.shape[1]} vertices need {frames.nbytes >> 20} MiB; use fewer frames or a smaller mesh"
+            f"{len(frames)} frames of {frames.shape[1]} vertices need {frames.nbytes >> 20} MiB; "
+            "use fewer frames or a smaller mesh"
         )
     document = Document(name)
     source, _, _ = split_corners(surface)

@@ -205,13 +205,15 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     """
     if data[:1] != pickle.PROTO:
         raise InputError(
-            f"{where} is no pickle of Python 3, or a compressed one; save it again with joblib.dump(value, path)"
+            f"{where} is no pickle of Python 3, or a compressed one; save it again with "
+            "joblib.dump(value, path)"
         )
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()
     except _Forbidden as error:
         raise InputError(
-            f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain values are read"
+            f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain "
+            "values are read"
         ) from None
     except Exception as error:  # the unpickler raises every kind for a damaged stream
         raise InputError(

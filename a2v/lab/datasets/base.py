@@ -259,7 +259,8 @@ class ActionDataset:
             chosen = sorted((name for name in order if spared([name])), key=self.subjects.count)[:1]
         if not chosen:
             raise InputError(
-                f"{self.name} has {len(order)} subjects ({', '.join(order[:5])}); none can be held out without losing an action: "
+                f"{self.name} has {len(order)} subjects ({', '.join(order[:5])}); none can be held "
+                "out without losing an action: "
                 "name each clip SUBJECT_something, or record more people"
             )
         return tuple(sorted(chosen))

@@ -111,7 +111,8 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     names = [name for name in source.names("") if name.lower().endswith(".bvh")]
     if not names:
         raise InputError(
-            f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips inside"
+            f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips "
+            "inside"
         )
     inside = {name: PurePosixPath(name).parts for name in names}
     tops = {parts[0] for parts in inside.values()}
@@ -127,7 +128,8 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     for name, parts in inside.items():
         if len(parts) < 2:
             raise InputError(
-                f"{source.path}/{name} lies in no action's folder; move it to {source.path}/ACTION/{parts[-1]}"
+                f"{source.path}/{name} lies in no action's folder; move it to "
+                f"{source.path}/ACTION/{parts[-1]}"
             )
         stem = PurePosixPath(parts[-1]).stem
         subject = (
@@ -152,7 +154,8 @@ def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -
         else "joins its joints differently"
     )
     raise InputError(
-        f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, retarget the file or take it away"
+        f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, "
+        "retarget the file or take it away"
     )
 
 

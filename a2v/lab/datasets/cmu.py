@@ -52,7 +52,8 @@ def load_cmu(path: str | Path) -> ActionDataset:
             continue
         if action not in ACTIONS:
             raise InputError(
-                f"{source.path}/{list_name}, line {line}: unknown action '{action}'; expected one of {', '.join(ACTIONS)}"
+                f"{source.path}/{list_name}, line {line}: unknown action '{action}'; expected one "
+                f"of {', '.join(ACTIONS)}"
             )
         if motion not in files:
             raise InputError(

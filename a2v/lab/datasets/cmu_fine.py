@@ -192,7 +192,8 @@ def _clips(
         meaning = fine_table().get((coarse, text))
         if meaning is None:
             raise InputError(
-                f"clip {name} ({coarse}) is described as '{text}', which {TABLE.name} does not know; add a row to it"
+                f"clip {name} ({coarse}) is described as '{text}', which {TABLE.name} does not "
+                "know; add a row to it"
             )
         if parts[0].action:
             meaning = _meaning_of(parts[0].action)

@@ -101,7 +101,8 @@ def load_cmu_full(
         action = action_of(text)
         if action is None:
             raise InputError(
-                f"{source.path}/{name} is described as '{text}', for which {RULES.name} has no rule; add one"
+                f"{source.path}/{name} is described as '{text}', for which {RULES.name} has no "
+                "rule; add one"
             )
         if action:
             motion = resample_motion(_read(source, name, skeletons, rate), FPS)
@@ -120,10 +121,16 @@ def load_cmu_full(
         for clip, action, _, joints in found
     ]
     return ActionDataset.from_clips(
-        clips, name="cmu-full", skeleton=CMU, actions=actions, fps=FPS, length=round(SECONDS * FPS), frame=FRAME,
+        clips,
+        name="cmu-full",
+        skeleton=CMU,
+        actions=actions,
+        fps=FPS,
+        length=round(SECONDS * FPS),
+        frame=FRAME,
         descriptions=tuple(tuple(sorted(texts[action])) for action in actions),
         notes=(f"{left} recordings that are many things at once or none are left out",),
-    )  # fmt: skip
+    )
 
 
 def _read_index(source: FileSource) -> dict[str, tuple[str, float]]:
@@ -148,7 +155,8 @@ def _recordings(source: FileSource) -> dict[str, str]:
             found[f"{int(match[1]):02d}_{int(match[2]):02d}"] = name
     if not found:
         raise InputError(
-            f"{source.path} holds no recordings such as 01/01_01.amc (beside 01/01.asf) or 01_01.bvh"
+            f"{source.path} holds no recordings such as 01/01_01.amc (beside 01/01.asf) or "
+            "01_01.bvh"
         )
     return found
 

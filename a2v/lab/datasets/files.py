@@ -41,7 +41,8 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
         )
     if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
         raise InputError(
-            f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN or infinity, or integers"
+            f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN "
+            "or infinity, or integers"
         )
     return array.astype(np.float32)
 
@@ -59,7 +60,8 @@ class FileSource:
                 unpacked = sum(info.file_size for info in self._archive.infolist())
             if unpacked > MAX_ARCHIVE_BYTES:
                 raise InputError(
-                    f"{path} unpacks to {unpacked >> 20} MB; at most {MAX_ARCHIVE_BYTES >> 20} MB are read: unpack it into a folder"
+                    f"{path} unpacks to {unpacked >> 20} MB; at most {MAX_ARCHIVE_BYTES >> 20} MB "
+                    "are read: unpack it into a folder"
                 )
         else:
             raise InputError(f"{path} does not exist; give the data set's folder or zip archive")
@@ -97,7 +99,8 @@ class FileSource:
             size = self._archive.getinfo(name).file_size
             if size > MAX_FILE_BYTES:
                 raise InputError(
-                    f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)"
+                    f"{where}: {size >> 20} MB is too large for a clip (limit "
+                    f"{MAX_FILE_BYTES >> 20} MB)"
                 )
             return self._archive.read(name)
 
@@ -138,6 +141,7 @@ def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
     source = FileSource(found)
     if not source.names(marker):
         raise InputError(
-            f"{found} holds no *{marker} files; expected the folder or zip of the data set ({archive})"
+            f"{found} holds no *{marker} files; expected the folder or zip of the data set "
+            f"({archive})"
         )
     return source

@@ -65,7 +65,8 @@ def load_humanact12(
         match = _NAME.match(stem)
         if match is None or match["code"][: len(codes[0])] not in table:
             raise InputError(
-                f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy (action code after A)"
+                f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy "
+                "(action code after A)"
             )
         joints = FRAME.flip(
             check_joints(source.read_npy(name), HUMANACT12.n_joints, f"{source.path}/{name}")

@@ -64,7 +64,8 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
     lists = source.names(LIST_NAME)
     if not lists:
         raise InputError(
-            f"{source.path} holds no {LIST_NAME}; expected the folder of NTU-VIBE with this list and the pickles it names"
+            f"{source.path} holds no {LIST_NAME}; expected the folder of NTU-VIBE with this list "
+            "and the pickles it names"
         )
     clips, without = [], []
     for entry in _read_list(source, lists[0]):
@@ -79,7 +80,8 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
             )
     if not clips:
         raise InputError(
-            f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's pickles"
+            f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's "
+            "pickles"
         )
     return ActionDataset.from_clips(
         clips,
@@ -120,12 +122,14 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
         here = f"{source.path}/{name}, line {line}"
         if entry.is_absolute() or ".." in entry.parts:
             raise InputError(
-                f"{here}: '{entry}' leads out of the folder; expected a path below {PurePosixPath(name).parent or '.'}"
+                f"{here}: '{entry}' leads out of the folder; expected a path below "
+                f"{PurePosixPath(name).parent or '.'}"
             )
         match = _NAME.match(entry.stem)
         if match is None or int(match["action"]) not in ACTIONS:
             raise InputError(
-                f"{here}: '{entry.name}' has no known action number after A; expected one of {', '.join(map(str, numbers))}"
+                f"{here}: '{entry.name}' has no known action number after A; expected one of "
+                f"{', '.join(map(str, numbers))}"
             )
         yield _Entry(
             entry,

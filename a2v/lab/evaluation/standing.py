@@ -253,9 +253,19 @@ def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
 def standing_table(scores: Sequence[StandingScore]) -> str:
     """Markdown: actions by how much they slide, the worst first, and the medians of all."""
     columns = (
-        "Slide cm/s", "(rec.)", "Over 30 cm/s %", "(rec.)", "Float mm", "(rec.)", "Penetration mm", "Jerk / rec.", "Speed / rec.", "Spread / rec.",
-        "(begun alike)", "Nearest cm",
-    )  # fmt: skip
+        "Slide cm/s",
+        "(rec.)",
+        "Over 30 cm/s %",
+        "(rec.)",
+        "Float mm",
+        "(rec.)",
+        "Penetration mm",
+        "Jerk / rec.",
+        "Speed / rec.",
+        "Spread / rec.",
+        "(begun alike)",
+        "Nearest cm",
+    )
     lines = [f"| Action | Recordings | {' | '.join(columns)} |", "|---" * (len(columns) + 2) + "|"]
     for row in sorted(scores, key=lambda score: -score.generated.slide):
         made, real = row.generated, row.recorded
@@ -263,10 +273,19 @@ def standing_table(scores: Sequence[StandingScore]) -> str:
             "" if value is None else f"{value:.2f}" for value in (row.spread, row.alike)
         )
         cells = [
-            f"{100 * made.slide:.0f}", f"{100 * real.slide:.0f}", f"{100 * made.fast:.0f}", f"{100 * real.fast:.0f}",
-            f"{made.floating:.0f}", f"{real.floating:.0f}", f"{made.penetration:.1f}", f"{ratio(made.jerk, real.jerk):.2f}",
-            f"{ratio(made.speed, real.speed):.2f}", spread, alike, f"{100 * row.nearest:.0f}",
-        ]  # fmt: skip
+            f"{100 * made.slide:.0f}",
+            f"{100 * real.slide:.0f}",
+            f"{100 * made.fast:.0f}",
+            f"{100 * real.fast:.0f}",
+            f"{made.floating:.0f}",
+            f"{real.floating:.0f}",
+            f"{made.penetration:.1f}",
+            f"{ratio(made.jerk, real.jerk):.2f}",
+            f"{ratio(made.speed, real.speed):.2f}",
+            spread,
+            alike,
+            f"{100 * row.nearest:.0f}",
+        ]
         lines.append(f"| {row.action} | {row.recordings} | {' | '.join(cells)} |")
     return "\n".join([*lines, "", summary(scores)])
 
@@ -292,15 +311,20 @@ def summary(scores: Sequence[StandingScore]) -> str:
     alike = [row.alike for row in judged if row.alike is not None]
     worst = scores[int(np.argmax(slides))].action
     text = (
-        f"Slide in contact: median {np.median(slides):.0f} cm/s (recordings {np.median(real):.0f}), at most {max(slides):.0f} ({worst}). "
-        f"Contacts over 30 cm/s: {fast[0]:.0f} % (recordings {fast[1]:.0f}). Jerk over the recordings': median {np.median(jerks):.2f}, at most "
-        f"{max(jerks):.2f} ({scores[int(np.argmax(jerks))].action}); speed: {np.median(speeds):.2f}, at most {max(speeds):.2f} "
+        f"Slide in contact: median {np.median(slides):.0f} cm/s (recordings "
+        f"{np.median(real):.0f}), at most {max(slides):.0f} ({worst}). "
+        f"Contacts over 30 cm/s: {fast[0]:.0f} % (recordings {fast[1]:.0f}). Jerk over the "
+        f"recordings': median {np.median(jerks):.2f}, at most "
+        f"{max(jerks):.2f} ({scores[int(np.argmax(jerks))].action}); speed: "
+        f"{np.median(speeds):.2f}, at most {max(speeds):.2f} "
         f"({scores[int(np.argmax(speeds))].action}). "
     )
     if spreads:
         text += (
-            f"Seeds' spread over the recordings', {len(spreads)} actions with {ENOUGH_CLIPS} recordings or more: median {np.median(spreads):.2f}, "
-            f"{sum(value >= 0.6 for value in spreads)} of them at least .6, least {min(spreads):.2f}; "
+            f"Seeds' spread over the recordings', {len(spreads)} actions with {ENOUGH_CLIPS} "
+            f"recordings or more: median {np.median(spreads):.2f}, "
+            f"{sum(value >= 0.6 for value in spreads)} of them at least .6, least "
+            f"{min(spreads):.2f}; "
             f"over recordings that begin alike: median {np.median(alike):.2f}, "
             f"{sum(value >= 0.6 for value in alike)} at least .6, least {min(alike):.2f}."
         )

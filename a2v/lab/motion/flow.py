@@ -300,7 +300,7 @@ class FlowNetwork(nn.Module):
         blocks = [
             [torch.split(part.reshape(len(known), -1, part.shape[-1]), counts) for part in by]
             for by in self.modulations(each, torch.cat(known))
-        ]  # fmt: skip
+        ]
 
         def slope(evaluation: int, point: Tensor) -> Tensor:
             velocity = unsteered(evaluation, point)

@@ -45,7 +45,8 @@ def list_avatars(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
     found = tuple(sorted(Path(folder).glob("*.glb")))
     if not found:
         raise InputError(
-            f"{folder} holds no .glb files; set A2V_DATA to the folder of data whose 'avatars' has them"
+            f"{folder} holds no .glb files; set A2V_DATA to the folder of data whose 'avatars' has "
+            "them"
         )
     return found
 
@@ -105,7 +106,8 @@ def _read_avatar(gltf: Gltf) -> Avatar:
         )
         if len(inverse_bind) < len(chosen):
             raise gltf.fail(
-                f"skin {node['skin']} has {len(inverse_bind)} inverse bind matrices for {len(chosen)} joints"
+                f"skin {node['skin']} has {len(inverse_bind)} inverse bind matrices for "
+                f"{len(chosen)} joints"
             )
         matrices = rest[chosen] @ inverse_bind[: len(chosen)]
         merged.mesh_names.append(str(node.get("name", f"mesh{node['mesh']}")))

@@ -130,7 +130,8 @@ class Avatar(Record):
         given = {} if rotations is None else rotations
         if unknown := [name for name in given if name not in self.bone_names]:
             raise InputError(
-                f"avatar {self.name} has no bone '{unknown[0]}'; its bones: {', '.join(self.bone_names)}"
+                f"avatar {self.name} has no bone '{unknown[0]}'; its bones: "
+                f"{', '.join(self.bone_names)}"
             )
         rest = self.rest_transforms.astype(np.float64)
         delta = np.tile(np.eye(3), (len(rest), 1, 1))

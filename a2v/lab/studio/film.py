@@ -26,10 +26,16 @@ JOINTS: dict[str, str] = {
         f"{side.lower()}_{joint}": f"{side}{bone}"
         for side in ("Left", "Right")
         for joint, bone in {
-            "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "foot": "ToeBase",
+            "shoulder": "Arm",
+            "elbow": "ForeArm",
+            "wrist": "Hand",
+            "hip": "UpLeg",
+            "knee": "Leg",
+            "ankle": "Foot",
+            "foot": "ToeBase",
         }.items()
     },
-}  # fmt: skip
+}
 """Joints of the truth, and the avatar's bones whose heads they are."""
 _ROOM = 7.0
 """Meters from the middle of the room to its walls."""

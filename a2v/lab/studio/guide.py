@@ -59,9 +59,15 @@ class Guide(Record):
     def __post_init__(self) -> None:
         sizes = {"B": len(self.bone_names)}
         for name, shape in {
-            "vertices": ("G", 3), "faces": ("F", 3), "weights": ("G", 4), "bones": ("G", 4), "heads": ("B", 3), "parts": ("G",),
-            "landmarks": (33, 3), "landmark_bones": (33,),
-        }.items():  # fmt: skip
+            "vertices": ("G", 3),
+            "faces": ("F", 3),
+            "weights": ("G", 4),
+            "bones": ("G", 4),
+            "heads": ("B", 3),
+            "parts": ("G",),
+            "landmarks": (33, 3),
+            "landmark_bones": (33,),
+        }.items():
             self._check(name, shape, sizes)
 
     def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
@@ -162,9 +168,18 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
 
 
 CARRIERS = {
-    "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "pinky": "Hand", "index": "Hand", "thumb": "Hand",
-    "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "heel": "Foot", "foot_index": "ToeBase",
-}  # fmt: skip
+    "shoulder": "Arm",
+    "elbow": "ForeArm",
+    "wrist": "Hand",
+    "pinky": "Hand",
+    "index": "Hand",
+    "thumb": "Hand",
+    "hip": "UpLeg",
+    "knee": "Leg",
+    "ankle": "Foot",
+    "heel": "Foot",
+    "foot_index": "ToeBase",
+}
 """Bones of the avatars (without their side) that carry landmarks; the head has the others."""
 
 

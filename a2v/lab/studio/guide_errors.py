@@ -97,10 +97,17 @@ class GuideErrors:
 
 
 _SEGMENTS = {
-    "Hips": ("torso", "Spine2"), "Spine1": ("torso", "Neck"), "Neck": ("torso", "Head"), "Head": ("head", "HeadEnd"),
-    "Arm": ("arms", "ForeArm"), "ForeArm": ("arms", "Hand"), "Hand": ("hands", "HandMiddle1"),
-    "UpLeg": ("legs", "Leg"), "Leg": ("legs", "Foot"), "Foot": ("legs", "ToeBase"),
-}  # fmt: skip
+    "Hips": ("torso", "Spine2"),
+    "Spine1": ("torso", "Neck"),
+    "Neck": ("torso", "Head"),
+    "Head": ("head", "HeadEnd"),
+    "Arm": ("arms", "ForeArm"),
+    "ForeArm": ("arms", "Hand"),
+    "Hand": ("hands", "HandMiddle1"),
+    "UpLeg": ("legs", "Leg"),
+    "Leg": ("legs", "Foot"),
+    "Foot": ("legs", "ToeBase"),
+}
 """Bones that err on their own (without their side), whose errors they have, and the bone at their
 other end."""
 

@@ -279,8 +279,18 @@ def _by_stance(name: str) -> Callable[[Avatar, np.random.Generator], Drawn]:
 
 ORDINARY: Mapping[str, Callable[[Avatar, np.random.Generator], Drawn]] = MappingProxyType(
     {
-        "sides": _sides, "hips": _hips, "crossed": _crossed, "face": _face, "pockets": _pockets, "feet_together": _feet_together,
-        "feet_crossed": _feet_crossed, "phone": _phone, "bag": _bag, "walk": _walk, "sit": _by_stance("sit"), "squat": _by_stance("squat"),
+        "sides": _sides,
+        "hips": _hips,
+        "crossed": _crossed,
+        "face": _face,
+        "pockets": _pockets,
+        "feet_together": _feet_together,
+        "feet_crossed": _feet_crossed,
+        "phone": _phone,
+        "bag": _bag,
+        "walk": _walk,
+        "sit": _by_stance("sit"),
+        "squat": _by_stance("squat"),
     }
-)  # fmt: skip
+)
 """The classes of poses by name."""

@@ -92,7 +92,8 @@ class PortraitSettings(Record):
             and self.wall_distance > 0.3
         ):
             raise InputError(
-                "expected distance > 0.5 m, height > 0, wall_distance > 0.3 m and fill_frame in (0, 1]"
+                "expected distance > 0.5 m, height > 0, wall_distance > 0.3 m and fill_frame in "
+                "(0, 1]"
             )
         if min(self.key, self.fill, self.noise, self.vignette, self.gloss) < 0:
             raise InputError("light, noise, vignette and gloss must not be negative")
@@ -118,8 +119,8 @@ class Portrait(Record):
 
 
 def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
-    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centered in
-    the picture."""
+    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centered
+    in the picture."""
     points = np.asarray(vertices, np.float64)
     yaw = np.radians(settings.yaw)
     low, high = points.min(axis=0), points.max(axis=0)

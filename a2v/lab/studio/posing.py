@@ -21,13 +21,36 @@ Pose = dict[str, FloatArray]
 
 SIDES = (("Left", 1.0), ("Right", -1.0))
 POSED_BONES: tuple[str, ...] = (
-    "Hips", "Spine", "Spine1", "Spine2", "Neck", "Head",
-    *(f"{side}{bone}" for side, _ in SIDES for bone in ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")),
-)  # fmt: skip
+    "Hips",
+    "Spine",
+    "Spine1",
+    "Spine2",
+    "Neck",
+    "Head",
+    *(
+        f"{side}{bone}"
+        for side, _ in SIDES
+        for bone in ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
+    ),
+)
 """Bones that recorded actions turn."""
 
-_NOISE = {"Hips": 1.5, "Spine": 1.5, "Spine1": 1.5, "Spine2": 1.5, "Neck": 3.0, "Head": 4.0, "Shoulder": 2.0, "Arm": 3.5, "ForeArm": 4.0,
-          "Hand": 7.0, "UpLeg": 2.5, "Leg": 2.0, "Foot": 3.0, "ToeBase": 2.0}  # fmt: skip
+_NOISE = {
+    "Hips": 1.5,
+    "Spine": 1.5,
+    "Spine1": 1.5,
+    "Spine2": 1.5,
+    "Neck": 3.0,
+    "Head": 4.0,
+    "Shoulder": 2.0,
+    "Arm": 3.5,
+    "ForeArm": 4.0,
+    "Hand": 7.0,
+    "UpLeg": 2.5,
+    "Leg": 2.0,
+    "Foot": 3.0,
+    "ToeBase": 2.0,
+}
 """Degrees of noise about each axis."""
 
 

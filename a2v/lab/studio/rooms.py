@@ -301,9 +301,13 @@ def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Gene
     )
     camera = {"origin": plan.origin.tolist(), "target": plan.target.tolist(), "fov": float(square)}
     return RoomCase(
-        image=pictures[0], empty=pictures[1], mask=_share(mi, plan, person, "person"), floor=_share(mi, plan, None, "floor"),
-        front=_share(mi, plan, person, "table"), facts={"avatar": name, **camera, "things": sorted({box[0] for box in plan.boxes})},
-    )  # fmt: skip
+        image=pictures[0],
+        empty=pictures[1],
+        mask=_share(mi, plan, person, "person"),
+        floor=_share(mi, plan, None, "floor"),
+        front=_share(mi, plan, person, "table"),
+        facts={"avatar": name, **camera, "things": sorted({box[0] for box in plan.boxes})},
+    )
 
 
 def _tone(light: FloatArray) -> FloatArray:

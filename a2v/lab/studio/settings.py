@@ -120,7 +120,8 @@ class StudioSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
                 raise InputError(
-                    f"{name} is {pair}; expected two meters, the smaller one first and at least {least}"
+                    f"{name} is {pair}; expected two meters, the smaller one first and at least "
+                    f"{least}"
                 )
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")

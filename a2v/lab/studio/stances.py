@@ -216,8 +216,14 @@ Stance = Callable[[np.random.Generator], tuple[Mapping[str, FloatArray], float]]
 
 STANCES: Mapping[str, Stance] = MappingProxyType(
     {
-        "standing": _standing, "run": _run, "kick": _kick, "squat": _squat, "sit": _sit, "stoop": _stoop, "profile": _profile,
+        "standing": _standing,
+        "run": _run,
+        "kick": _kick,
+        "squat": _squat,
+        "sit": _sit,
+        "stoop": _stoop,
+        "profile": _profile,
         "spread": _spread,
     }
-)  # fmt: skip
+)
 """The classes of poses by name."""

@@ -122,7 +122,8 @@ class Studio:
         paths = self.paths[split]
         if not paths:
             raise InputError(
-                f"no avatar belongs to the split '{split}'; see a2v.lab.studio.variation.VALIDATION_IDENTITIES"
+                f"no avatar belongs to the split '{split}'; see "
+                "a2v.lab.studio.variation.VALIDATION_IDENTITIES"
             )
         block = index // self.settings.same_avatar
         order = np.random.default_rng(
@@ -319,7 +320,8 @@ class Studio:
         key = guide_key(avatar)
         if key not in self.guides:
             raise InputError(
-                f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data set's folder to make them anew"
+                f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data "
+                "set's folder to make them anew"
             )
         return self.guides[key]
 

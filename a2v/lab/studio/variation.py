@@ -23,8 +23,14 @@ VALIDATION_IDENTITIES: tuple[str, ...] = (
 """People who are never in training data, in any of their outfits."""
 
 REPORT_IDENTITIES: tuple[str, ...] = (
-    "X_AIAN_F_1", "X_AIAN_M_1", "X_MENA_F_1", "X_NHPI_F_1", "X_NHPI_F_2", "X_NHPI_F_3", "X_NHPI_M_1",
-)  # fmt: skip
+    "X_AIAN_F_1",
+    "X_AIAN_M_1",
+    "X_MENA_F_1",
+    "X_NHPI_F_1",
+    "X_NHPI_F_2",
+    "X_NHPI_F_3",
+    "X_NHPI_M_1",
+)
 """People who are in no training data either, and on whom nothing is tried: for final figures."""
 
 VALIDATION_OUTFITS: tuple[str, ...] = ("Medi",)

@@ -132,10 +132,20 @@ class View(Record):
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
         for name, shape in {
-            "points": ("N", 3), "distance": ("N",), "guide_distance": ("N",), "guide_normals": ("N", 3), "surface_points": ("M", 3),
-            "surface_normals": ("M", 3), "surface_colors": ("M", 3), "surface_visible": ("M",), "surface_parts": ("M",),
-            "surface_guide_distance": ("M",), "surface_guide_normals": ("M", 3), "guide_vertices": ("G", 3), "gain": (3,),
-        }.items():  # fmt: skip
+            "points": ("N", 3),
+            "distance": ("N",),
+            "guide_distance": ("N",),
+            "guide_normals": ("N", 3),
+            "surface_points": ("M", 3),
+            "surface_normals": ("M", 3),
+            "surface_colors": ("M", 3),
+            "surface_visible": ("M",),
+            "surface_parts": ("M",),
+            "surface_guide_distance": ("M",),
+            "surface_guide_normals": ("M", 3),
+            "guide_vertices": ("G", 3),
+            "gain": (3,),
+        }.items():
             self._check(name, shape, sizes)
         if missing := [
             name for name in ("image", *_MAPS) if name not in self.encoded and name != _OPTIONAL
@@ -265,6 +275,7 @@ def list_views(folder: str | os.PathLike[str], split: str) -> list[Path]:
     found = sorted((Path(folder) / "views" / split).glob("[0-9]*.npz"))
     if not found:
         raise InputError(
-            f"{folder} has no views of the split '{split}'; make some with a2v studio --out {folder}"
+            f"{folder} has no views of the split '{split}'; make some with a2v studio --out "
+            f"{folder}"
         )
     return found

@@ -181,7 +181,8 @@ def _overlap(
     overlap = silhouette_iou(skin, faces, camera, mask)
     if overlap < 0.2:
         raise InputError(
-            f"body and mask overlap by {overlap:.0%} only; fit the body to this photo first (a2v.body.fit_body)"
+            f"body and mask overlap by {overlap:.0%} only; fit the body to this photo first "
+            "(a2v.body.fit_body)"
         )
     return overlap
 
@@ -204,7 +205,8 @@ def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, In
     field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
     if not (field < 0).any():
         raise InputError(
-            "nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)"
+            "nothing is left of the body inside the mask; fit the body to this photo first "
+            "(a2v.body.fit_body)"
         )
     return mesh_grid(field, grid, target, smoothing=6)
 

@@ -185,7 +185,8 @@ def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
     there: BoolArray = np.isfinite(maps.depth_front)
     if not there.any():
         raise InputError(
-            "the body lies outside of the photo's frame; fit it to this photo first (a2v.body.fit_body)"
+            "the body lies outside of the photo's frame; fit it to this photo first "
+            "(a2v.body.fit_body)"
         )
     index = nearest_known(there)
     depth = np.stack([maps.depth_front, maps.depth_back])[:, index[0], index[1]]

@@ -146,7 +146,8 @@ def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
 
     if not (dressed.field < 0).any():
         raise InputError(
-            "nothing of the body lies within the mask; fit it to this photo first (a2v.body.fit_body)"
+            "nothing of the body lies within the mask; fit it to this photo first "
+            "(a2v.body.fit_body)"
         )
     closed = np.pad(dressed.field, 1, constant_values=BAND)
     vertices, faces, _, _ = marching_cubes(closed, 0.0, gradient_direction="descent")

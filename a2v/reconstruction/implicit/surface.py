@@ -73,7 +73,8 @@ class ImplicitSettings:
         self.extraction  # noqa: B018  checks resolution and vertices
         if not (0 <= self.smoothing <= 50 and self.relief >= 0):
             raise InputError(
-                f"smoothing={self.smoothing}, relief={self.relief}; expected 0 to 50 rounds, and no negative stiffness"
+                f"smoothing={self.smoothing}, relief={self.relief}; expected 0 to 50 rounds, and "
+                "no negative stiffness"
             )
 
     @property
@@ -117,7 +118,8 @@ def implicit_surface(
     model = ImplicitModel.load(settings.weights or None, threads=settings.threads)
     if settings.digest not in ("", model.digest):
         raise InputError(
-            f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}"
+            f"the reconstruction model in {model.folder} has the digest {model.digest}, not "
+            f"{settings.digest}"
         )
     person = model.see(subject, body, camera)
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)

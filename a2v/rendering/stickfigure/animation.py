@@ -62,7 +62,8 @@ def animate(
         raise InputError(f"{len(clips)} clips to animate; expected at most {MAX_PANELS}")
     if len({clip.fps for clip in clips}) > 1:
         raise InputError(
-            f"clips of {', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames a second; resample them to one rate"
+            f"clips of {', '.join(sorted({f'{clip.fps:g}' for clip in clips}))} frames a second; "
+            "resample them to one rate"
         )
     names = titles_of(titles, clips)
     across = columns or int(np.ceil(np.sqrt(2 * len(clips)))) if len(clips) > 2 else len(clips)

@@ -42,7 +42,7 @@ def save_stick_figures(
     ------
     InputError
         Another suffix, or as for `plot_rows`, `animate` and the writers of videos.
-    """  # fmt: skip
+    """
     suffix = Path(path).suffix.lower()
     if suffix in _VIDEOS:
         clips = single_clips(motion)

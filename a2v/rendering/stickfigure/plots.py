@@ -64,7 +64,8 @@ def plot_rows(
     clips = single_clips(motion)
     if not 1 <= poses <= 60 or len(clips) > 4 * MAX_PANELS:
         raise InputError(
-            f"{poses} poses of {len(clips)} clips; expected 1 to 60 poses and at most {4 * MAX_PANELS} clips"
+            f"{poses} poses of {len(clips)} clips; expected 1 to 60 poses and at most "
+            f"{4 * MAX_PANELS} clips"
         )
     names = titles_of(titles, clips)
     picks = [np.linspace(0, clip.frames - 1, poses).round().astype(int) for clip in clips]
@@ -162,7 +163,8 @@ def plot_path(
     settings = settings or StickSettings()
     if motion.batch:
         raise InputError(
-            f"plot_path takes one clip; this Motion is a batch of shape {motion.batch}: index it first"
+            f"plot_path takes one clip; this Motion is a batch of shape {motion.batch}: index it "
+            "first"
         )
     if not 1 <= poses <= 60:
         raise InputError(f"{poses} poses; expected 1 to 60")

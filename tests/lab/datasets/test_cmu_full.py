@@ -73,11 +73,23 @@ SIDE = """
   end
 """
 ASF = (
-    ":version 1.10\n:units\n  mass 1.0\n  length 0.45\n  angle deg\n:root\n  order TX TY TZ RX RY RZ\n  axis XYZ\n  position 0 0 0\n  orientation 0 0 0\n:bonedata\n"
-    + SIDE.format(id1=1, s="l", x=0.35, y=1, t=20) + SIDE.format(id1=2, s="r", x=-0.35, y=-1, t=-20)
-    + "".join(f"  begin\n  name {name}\n  direction 0 1 0\n  length {length}\n  axis 0 0 0 XYZ\n  dof rx ry rz\n  end\n" for name, length in (("lowerback", 2.0), ("upperback", 2.0), ("thorax", 2.0), ("lowerneck", 1.6), ("head", 1.6)))
+    ":version 1.10\n:units\n  mass 1.0\n  length 0.45\n  angle deg\n:root\n  order TX TY TZ RX RY "
+    "RZ\n  axis XYZ\n  position 0 0 0\n  orientation 0 0 0\n:bonedata\n"
+    + SIDE.format(id1=1, s="l", x=0.35, y=1, t=20)
+    + SIDE.format(id1=2, s="r", x=-0.35, y=-1, t=-20)
+    + "".join(
+        f"  begin\n  name {name}\n  direction 0 1 0\n  length {length}\n  axis 0 0 0 XYZ\n  dof rx "
+        "ry rz\n  end\n"
+        for name, length in (
+            ("lowerback", 2.0),
+            ("upperback", 2.0),
+            ("thorax", 2.0),
+            ("lowerneck", 1.6),
+            ("head", 1.6),
+        )
+    )
     + ":hierarchy\n  begin\n    root lhipjoint rhipjoint lowerback\n    lhipjoint lfemur\n    lfemur ltibia\n    ltibia lfoot\n    rhipjoint rfemur\n    rfemur rtibia\n    rtibia rfoot\n    lowerback upperback\n    upperback thorax\n    thorax lowerneck lclavicle rclavicle\n    lowerneck head\n    lclavicle lhumerus\n    lhumerus lradius\n    lradius lwrist\n    rclavicle rhumerus\n    rhumerus rradius\n    rradius rwrist\n  end\n"
-)  # fmt: skip
+)
 MOVING = (
     "lfemur",
     "rfemur",
@@ -142,10 +154,16 @@ def test_every_description_of_the_index_has_a_rule(data_dir: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "action"),
     [
-        ("walk and turn (repeated)", "Walk and turn around"), ("get up from chair", "Stand up"), ("putt", "Golf"), ("putting on a hat", "Dress"), ("mope", "Sad walk"),
-        ("opening a box", "Open and close"), ("calibration", ""), ("never heard of", None),
+        ("walk and turn (repeated)", "Walk and turn around"),
+        ("get up from chair", "Stand up"),
+        ("putt", "Golf"),
+        ("putting on a hat", "Dress"),
+        ("mope", "Sad walk"),
+        ("opening a box", "Open and close"),
+        ("calibration", ""),
+        ("never heard of", None),
     ],
-)  # fmt: skip
+)
 def test_descriptions_mean_what_a_person_would_say(text: str, action: str | None) -> None:
     found = action_of(text)
     assert found == action or (

@@ -67,8 +67,15 @@ def test_humanact12_has_the_published_clips(humanact12, data_dir):
 def test_cmu_has_the_published_clips(cmu):
     assert len(cmu) == 1088
     assert dict(zip(cmu.actions, np.bincount(cmu.labels).tolist(), strict=True)) == {
-        "Walk": 474, "Wash": 118, "Run": 109, "Jump": 108, "Animal Behavior": 101, "Dance": 77, "Step": 68, "Climb": 33,
-    }  # fmt: skip
+        "Walk": 474,
+        "Wash": 118,
+        "Run": 109,
+        "Jump": 108,
+        "Animal Behavior": 101,
+        "Dance": 77,
+        "Step": 68,
+        "Climb": 33,
+    }
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
@@ -187,9 +194,16 @@ def small_dataset(counts=(3, 40, 100)):
     joints = tuple((rng.normal(size=(n, 20, 3)) + 5).astype(np.float32) for n in counts)
     n = len(counts)
     return ActionDataset(
-        name="test", skeleton=CMU, actions=("a", "b"), joints=joints, labels=np.arange(n) % 2, clip_names=tuple(map(str, range(n))),
-        subjects=("s",) * n, fps=10.0, length=40,
-    )  # fmt: skip
+        name="test",
+        skeleton=CMU,
+        actions=("a", "b"),
+        joints=joints,
+        labels=np.arange(n) % 2,
+        clip_names=tuple(map(str, range(n))),
+        subjects=("s",) * n,
+        fps=10.0,
+        length=40,
+    )
 
 
 def test_windows_start_at_the_origin_and_repeat_the_last_pose():

@@ -202,12 +202,18 @@ def nested():
     big_endian = np.arange(3, dtype=">i4")
     return {
         1: {
-            "c": np.random.default_rng(0).normal(size=(5, 7, 3)).astype(np.float32), "fortran": np.asfortranarray(np.arange(12.0).reshape(4, 3)),
-            "sparse": np.arange(10)[::2], "text": np.array(["a", "bb"]), "none": None, "scalar": np.float32(3), "point": np.array(3.5),
-            "empty": np.zeros((0, 3)), "shared": [big_endian, big_endian + 1, big_endian],
+            "c": np.random.default_rng(0).normal(size=(5, 7, 3)).astype(np.float32),
+            "fortran": np.asfortranarray(np.arange(12.0).reshape(4, 3)),
+            "sparse": np.arange(10)[::2],
+            "text": np.array(["a", "bb"]),
+            "none": None,
+            "scalar": np.float32(3),
+            "point": np.array(3.5),
+            "empty": np.zeros((0, 3)),
+            "shared": [big_endian, big_endian + 1, big_endian],
         },
         np.int64(7): ("x", [1, 2.5, True]),
-    }  # fmt: skip
+    }
 
 
 def equal(a, b):

@@ -558,10 +558,17 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     image = seen.colors * (0.5 + 0.5 * np.clip(seen.normals @ [0.3, 0.5, 0.8], 0, 1))[..., None]
     points, face = trimesh.sample.sample_surface(mesh, 4096, seed=1)
     case = Case(
-        name=avatar.name, index=0, image=np.where(seen.mask[..., None], 255 * image, 150).astype(np.uint8),
-        mask=255 * seen.mask.astype(np.uint8), camera=camera, surface=surface, normals=normals, outer=np.arange(len(surface.faces)),
-        points=np.asarray(points, np.float32), point_normals=np.asarray(mesh.face_normals[face], np.float32),
-    )  # fmt: skip
+        name=avatar.name,
+        index=0,
+        image=np.where(seen.mask[..., None], 255 * image, 150).astype(np.uint8),
+        mask=255 * seen.mask.astype(np.uint8),
+        camera=camera,
+        surface=surface,
+        normals=normals,
+        outer=np.arange(len(surface.faces)),
+        points=np.asarray(points, np.float32),
+        point_normals=np.asarray(mesh.face_normals[face], np.float32),
+    )
     methods = [Method.parse("body-prior"), Method.parse("body-prior:mirrored")]
     settings = BenchmarkSettings(size=256, points=10_000, true_mask=True)
     result = evaluate_case(case, methods, settings)

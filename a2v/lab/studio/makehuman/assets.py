@@ -88,11 +88,13 @@ class Archive:
             name = PurePosixPath(entry.filename)
             if name.is_absolute() or ".." in name.parts or "\\" in entry.filename:
                 raise InputError(
-                    f"{path} holds '{entry.filename}', which leads out of the archive; refusing to read it"
+                    f"{path} holds '{entry.filename}', which leads out of the archive; refusing to "
+                    "read it"
                 )
             if entry.file_size > LARGEST:
                 raise InputError(
-                    f"{path} holds '{entry.filename}' of {entry.file_size >> 20} MiB; expected at most {LARGEST >> 20}"
+                    f"{path} holds '{entry.filename}' of {entry.file_size >> 20} MiB; expected at "
+                    f"most {LARGEST >> 20}"
                 )
         self.names = tuple(sorted(entry.filename for entry in entries if not entry.is_dir()))
 
@@ -175,7 +177,8 @@ class Archive:
         ):
             if max(picture.size) > MOST_PIXELS:
                 raise InputError(
-                    f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected at most {MOST_PIXELS} a side"
+                    f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected "
+                    f"at most {MOST_PIXELS} a side"
                 )
             return np.asarray(picture.convert("RGBA"))
 
@@ -225,7 +228,8 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
         or table[:, :3].max() >= BASE_VERTICES
     ):
         raise InputError(
-            f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that are not finite"
+            f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that "
+            "are not finite"
         )
     scales = tuple(_scale(said.get(f"{axis}_scale", ""), source) for axis in "xyz")
     return Binding(

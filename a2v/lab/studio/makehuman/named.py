@@ -41,27 +41,44 @@ def _read(text: str, *, name: str = "makehuman", first: int = 1) -> Mapping[str,
 
 
 _MAKEHUMAN = _read(
-    "young_asian_female female_elegantsuit01 braid01 shoes01, middleage_african_male male_casualsuit05 short02 shoes02, "
-    "old_caucasian_male male_casualsuit06 short02 shoes03, young_asian_female female_elegantsuit01 afro01 shoes04, "
-    "middleage_african_male male_casualsuit06 afro01 shoes05, old_caucasian_male male_casualsuit05 short02 shoes06, "
-    "young_asian_female female_elegantsuit01 braid01 shoes02, middleage_african_male male_casualsuit06 short02 shoes01, "
-    "old_caucasian_male male_casualsuit05 afro01 shoes04, young_asian_female female_elegantsuit01 afro01 shoes06, "
-    "middleage_african_male male_casualsuit05 afro01 shoes03, young_asian_female female_elegantsuit01 braid01 shoes04, "
-    "old_caucasian_male male_casualsuit06 short02 shoes01, middleage_african_male male_casualsuit06 short02 shoes05, "
-    "young_asian_female female_elegantsuit01 afro01 shoes02, old_caucasian_male male_casualsuit05 short02 shoes05, "
-    "middleage_african_male male_casualsuit05 short02 shoes04, young_asian_female female_elegantsuit01 braid01 shoes06, "
-    "old_caucasian_male male_casualsuit06 afro01 shoes02, middleage_african_male male_casualsuit06 afro01 shoes03, "
+    "young_asian_female female_elegantsuit01 braid01 shoes01, middleage_african_male "
+    "male_casualsuit05 short02 shoes02, "
+    "old_caucasian_male male_casualsuit06 short02 shoes03, young_asian_female female_elegantsuit01 "
+    "afro01 shoes04, "
+    "middleage_african_male male_casualsuit06 afro01 shoes05, old_caucasian_male male_casualsuit05 "
+    "short02 shoes06, "
+    "young_asian_female female_elegantsuit01 braid01 shoes02, middleage_african_male "
+    "male_casualsuit06 short02 shoes01, "
+    "old_caucasian_male male_casualsuit05 afro01 shoes04, young_asian_female female_elegantsuit01 "
+    "afro01 shoes06, "
+    "middleage_african_male male_casualsuit05 afro01 shoes03, young_asian_female "
+    "female_elegantsuit01 braid01 shoes04, "
+    "old_caucasian_male male_casualsuit06 short02 shoes01, middleage_african_male "
+    "male_casualsuit06 short02 shoes05, "
+    "young_asian_female female_elegantsuit01 afro01 shoes02, old_caucasian_male male_casualsuit05 "
+    "short02 shoes05, "
+    "middleage_african_male male_casualsuit05 short02 shoes04, young_asian_female "
+    "female_elegantsuit01 braid01 shoes06, "
+    "old_caucasian_male male_casualsuit06 afro01 shoes02, middleage_african_male male_casualsuit06 "
+    "afro01 shoes03, "
     "young_asian_female female_elegantsuit01 afro01 shoes01"
 )
 
 _PHONE = _read(
-    "middleage_african_male male_casualsuit05 afro01 shoes03, old_caucasian_male male_casualsuit06 afro01 shoes05, "
-    "young_asian_female female_elegantsuit01 braid01 shoes03, middleage_african_male male_casualsuit06 short02 shoes04, "
-    "old_caucasian_male male_casualsuit05 short02 shoes01, young_asian_female female_elegantsuit01 afro01 shoes05, "
-    "middleage_african_male male_casualsuit05 short02 shoes06, old_caucasian_male male_casualsuit06 short02 shoes02, "
-    "young_asian_female female_elegantsuit01 afro01 shoes01, middleage_african_male male_casualsuit06 short02 shoes03, "
-    "old_caucasian_male male_casualsuit05 afro01 shoes06, young_asian_female female_elegantsuit01 braid01 shoes04, "
-    "middleage_african_male male_casualsuit05 afro01 shoes02, old_caucasian_male male_casualsuit06 afro01 shoes01",
+    "middleage_african_male male_casualsuit05 afro01 shoes03, old_caucasian_male male_casualsuit06 "
+    "afro01 shoes05, "
+    "young_asian_female female_elegantsuit01 braid01 shoes03, middleage_african_male "
+    "male_casualsuit06 short02 shoes04, "
+    "old_caucasian_male male_casualsuit05 short02 shoes01, young_asian_female female_elegantsuit01 "
+    "afro01 shoes05, "
+    "middleage_african_male male_casualsuit05 short02 shoes06, old_caucasian_male "
+    "male_casualsuit06 short02 shoes02, "
+    "young_asian_female female_elegantsuit01 afro01 shoes01, middleage_african_male "
+    "male_casualsuit06 short02 shoes03, "
+    "old_caucasian_male male_casualsuit05 afro01 shoes06, young_asian_female female_elegantsuit01 "
+    "braid01 shoes04, "
+    "middleage_african_male male_casualsuit05 afro01 shoes02, old_caucasian_male male_casualsuit06 "
+    "afro01 shoes01",
     name="phone",
     first=11,
 )
@@ -80,7 +97,8 @@ def named_person(name: str) -> Person:
     """
     if name not in NAMED_PEOPLE:
         raise InputError(
-            f"nobody of MakeHuman's people is called '{name}'; choose from {', '.join(NAMED_PEOPLE)}"
+            f"nobody of MakeHuman's people is called '{name}'; choose from "
+            f"{', '.join(NAMED_PEOPLE)}"
         )
     person = NAMED_PEOPLE[name]
     generator = np.random.default_rng([person.number, 30_000])

@@ -90,7 +90,8 @@ class QuickStudio:
         """See the class."""
         if dresser is None and settings.people != "avatars":
             raise InputError(
-                f"people is '{settings.people}', but there is no archive of MakeHuman's; choose people avatars"
+                f"people is '{settings.people}', but there is no archive of MakeHuman's; choose "
+                "people avatars"
             )
         own = [path for path in paths if split_of(path.stem) == "training"]
         self.paths = {
@@ -207,7 +208,8 @@ class QuickStudio:
             if made is not None:
                 return made
         raise InputError(
-            f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if it is broken"
+            f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if "
+            "it is broken"
         )
 
     def _person(
@@ -220,13 +222,15 @@ class QuickStudio:
         paths = self.paths[split]
         if not paths:
             raise InputError(
-                f"no avatar belongs to the quick views' split '{split}'; see a2v.lab.studio.quick.people.HELD_OUT"
+                f"no avatar belongs to the quick views' split '{split}'; see "
+                "a2v.lab.studio.quick.people.HELD_OUT"
             )
         path = paths[int(generator.integers(len(paths)))]
         key = guide_key(path.stem)
         if key not in self.guides:
             raise InputError(
-                f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the views' folder to make them anew"
+                f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the "
+                "views' folder to make them anew"
             )
         return prepare_avatar(str(path)), self.guides[key]
 

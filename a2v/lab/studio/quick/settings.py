@@ -98,8 +98,20 @@ class QuickSettings:
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")
         shares = (
-            "natural", "open", "common", "limbs", "free", "bent", "curled", "facing", "cut", "things", "furniture", "others", "photographs",
-        )  # fmt: skip
+            "natural",
+            "open",
+            "common",
+            "limbs",
+            "free",
+            "bent",
+            "curled",
+            "facing",
+            "cut",
+            "things",
+            "furniture",
+            "others",
+            "photographs",
+        )
         if bad := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if self.natural + self.open > 1:
@@ -110,7 +122,8 @@ class QuickSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1] <= most:
                 raise InputError(
-                    f"{name} is {pair}; expected two numbers from {least:g} to {most:g}, the smaller one first"
+                    f"{name} is {pair}; expected two numbers from {least:g} to {most:g}, the "
+                    "smaller one first"
                 )
         if min(self.shift, self.yaw) < 0:
             raise InputError("shift and yaw must be at least 0")

@@ -122,9 +122,17 @@ class QuickShard(Record):
         if not len(self.things):
             object.__setattr__(self, "things", np.zeros_like(self.masks))
         for name, shape in {
-            "photos": ("B",), "ends": ("N",), "masks": ("N", PHOTO * PHOTO // 8), "things": ("N", PHOTO * PHOTO // 8), "places": ("N", MAP, MAP, 3), "front": ("N", MAP, MAP),
-            "back": ("N", MAP, MAP), "landmarks": ("N", 33, 3), "scales": ("N",), "yaws": ("N",),
-        }.items():  # fmt: skip
+            "photos": ("B",),
+            "ends": ("N",),
+            "masks": ("N", PHOTO * PHOTO // 8),
+            "things": ("N", PHOTO * PHOTO // 8),
+            "places": ("N", MAP, MAP, 3),
+            "front": ("N", MAP, MAP),
+            "back": ("N", MAP, MAP),
+            "landmarks": ("N", 33, 3),
+            "scales": ("N",),
+            "yaws": ("N",),
+        }.items():
             self._check(name, shape, sizes)
         if len(self.ends) and (
             int(self.ends[-1]) != len(self.photos) or (np.diff(self.ends, prepend=0) <= 0).any()

@@ -58,7 +58,8 @@ class Backgrounds:
             )
             if not found:
                 raise InputError(
-                    f"{folder} has no picture ({', '.join(_ENDINGS)}) for a background; choose another folder, or none"
+                    f"{folder} has no picture ({', '.join(_ENDINGS)}) for a background; choose "
+                    "another folder, or none"
                 )
             self.paths = [*self.paths, *found]
         self._read = lru_cache(maxsize=64)(_read)

@@ -210,10 +210,16 @@ def _small_ball(generator: np.random.Generator) -> Thing:
 
 _ONE: Mapping[str, tuple[Callable[[np.random.Generator], Thing], float]] = MappingProxyType(
     {
-        "stick": (_stick, 72), "racket": (_racket, 70), "umbrella": (_umbrella, 70), "bottle": (_bottle, 55), "slab": (_slab, 32),
-        "bag": (_bag, 68), "dumbbell": (_dumbbell, 70), "small ball": (_small_ball, 30),
+        "stick": (_stick, 72),
+        "racket": (_racket, 70),
+        "umbrella": (_umbrella, 70),
+        "bottle": (_bottle, 55),
+        "slab": (_slab, 32),
+        "bag": (_bag, 68),
+        "dumbbell": (_dumbbell, 70),
+        "small ball": (_small_ball, 30),
     }
-)  # fmt: skip
+)
 """Things for one hand, and by how many degrees each joint of the fingers is bent around them."""
 _TWO = ("box", "large ball", "bar")
 KINDS: tuple[str, ...] = (*_ONE, *_TWO)

@@ -16,12 +16,21 @@ from pipelines.serve.records import Job, Photo
 
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
-    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png", ".webp": "image/webp",
-    ".mp4": "video/mp4", ".glb": "model/gltf-binary", ".json": "application/json",
-}  # fmt: skip
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+    ".jpg": "image/jpeg",
+    ".png": "image/png",
+    ".webp": "image/webp",
+    ".mp4": "video/mp4",
+    ".glb": "model/gltf-binary",
+    ".json": "application/json",
+}
 _ALONE = {
     "Content-Security-Policy": (
-        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src data:; "
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "
+        "data: blob:; media-src data:; "
         "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
     )
 }

@@ -66,7 +66,8 @@ class Arrivals:
         """
         if "," in str(self.library.folder):
             raise InputError(
-                "the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder"
+                "the page's folder has a comma in its name, which stands between further photos; "
+                "start a2v serve with another --folder"
             )
         name = f"more-{len(photo.more) + 1}"
         task = {

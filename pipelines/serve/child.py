@@ -15,7 +15,10 @@ from a2v.system import end_group
 GRACE_SECONDS = 5.0
 """Seconds between asking a process to end and killing it."""
 _LINE_BYTES = 4 << 20
-LOST = "the process that computed this has ended, most likely because the memory was used up; what was finished is remembered: try again"
+LOST = (
+    "the process that computed this has ended, most likely because the memory was used up; "
+    "what was finished is remembered: try again"
+)
 SLOW = "this takes too long; take a smaller photo"
 
 Take = Callable[[Mapping[str, Any]], None]

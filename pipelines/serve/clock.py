@@ -22,17 +22,47 @@ STILL = (
 """Nodes from a photo to a character, whose results are cached for the next video."""
 
 PRIOR: Mapping[str, float] = {
-    "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored_surface": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
-    "engine_character": 3.0, "glb": 0.5, "bvh": 0.2, "vertices": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
-}  # fmt: skip
+    "subject": 3.0,
+    "photo_body": 20.0,
+    "surface": 15.0,
+    "body": 20.0,
+    "colored_surface": 10.0,
+    "character": 6.0,
+    "motion": 0.3,
+    "poses": 0.3,
+    "engine_character": 3.0,
+    "glb": 0.5,
+    "bvh": 0.2,
+    "vertices": 0.15,
+    "frame": 0.5,
+    "video": 0.5,
+    "clip": 0.5,
+}
 """Seconds per node on two cores, used until a time is measured on this machine: `vertices` per
 frame, `frame` per image of `PIXELS` samples."""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
-    "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
-    "colored_surface": "Coloring the unseen sides", "shaded_surface": "Coloring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "frame_settings": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
-    "vertices": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "engine_character": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
-}  # fmt: skip
+    "subject": "Finding the person",
+    "photo_body": "Fitting a body",
+    "surface": "Building the surface",
+    "body": "Fitting the body closely",
+    "colored_surface": "Coloring the unseen sides",
+    "shaded_surface": "Coloring the unseen sides",
+    "character": "Tying skin to bones",
+    "motion": "Making the motion",
+    "frame_settings": "Trying the renderer",
+    "camera": "Placing the cameras",
+    "pose": "Moving the bones",
+    "props": "Moving the bones",
+    "poses": "Moving the bones",
+    "vertices": "Moving the skin",
+    "frame": "Rendering",
+    "video": "Encoding",
+    "clip": "Encoding",
+    "engine_character": "Writing the character",
+    "glb": "Writing the character",
+    "bvh": "Writing the motion",
+}
 
 
 class Clock:

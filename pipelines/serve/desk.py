@@ -181,7 +181,8 @@ class Desk:
         corrections = str(own / CORRECTIONS) if photo.corrected else None
         clip = str(own / f"{CLIP}{photo.clip}") if job.wish.clip and photo.clip else None
         return {
-            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL), "corrections": corrections, "more": more, "clip": clip,
+            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL),
+            "corrections": corrections, "more": more, "clip": clip,
             "cache": self._cache, "wish": job.wish.said(),
         }  # fmt: skip
 

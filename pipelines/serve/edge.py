@@ -46,7 +46,8 @@ def clean(value: Any, level: int = 0) -> Any:
     if isinstance(value, str):
         if _SURROGATE.search(value):
             raise InputError(
-                "a text of the request has half a character (a lone surrogate); send it again in UTF-8"
+                "a text of the request has half a character (a lone surrogate); send it again in "
+                "UTF-8"
             )
         return _UNSEEN.sub(" ", unicodedata.normalize("NFC", value))
     if isinstance(value, dict):

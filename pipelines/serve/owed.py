@@ -34,7 +34,7 @@ class Owed:
             stream.write(f"{digest}\n")
 
     def due(self, seconds: float) -> set[str] | None:
-        """Return the digests if none was added for `seconds` (or the clock went back), else None."""
+        """Return the digests if none was added for `seconds` (or the clock went back)."""
         with contextlib.suppress(OSError, A2VError):
             if not 0 <= time.time() - self._path.stat().st_mtime <= seconds:
                 return set(

@@ -3,8 +3,8 @@
 A record is written after each change. The server chooses all names in the folder: identities are 16
 hex digits, and text from a browser is only looked up, never joined to a path. A photo arrives in
 ``incoming/`` and is then moved to its place. A removed folder is first moved to ``removed/``, so
-that it is no longer listed. Both are emptied at the next start. Records that cannot be read are counted,
-and stay until the user removes them.
+that it is no longer listed. Both are emptied at the next start. Records that cannot be read are
+counted, and stay until the user removes them.
 """
 
 from __future__ import annotations
@@ -138,10 +138,17 @@ def _sizes(value: object) -> bool:
 
 
 _CHECKS: Mapping[str, Any] = {
-    "str": lambda value: isinstance(value, str), "float": _number, "bool": lambda value: isinstance(value, bool),
-    "int": lambda value: isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31,
-    "list[str]": _texts, "list[list[float]]": _rows, "dict[str, int]": _sizes, "Wish": lambda value: isinstance(value, Wish),
-}  # fmt: skip
+    "str": lambda value: isinstance(value, str),
+    "float": _number,
+    "bool": lambda value: isinstance(value, bool),
+    "int": lambda value: (
+        isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31
+    ),
+    "list[str]": _texts,
+    "list[list[float]]": _rows,
+    "dict[str, int]": _sizes,
+    "Wish": lambda value: isinstance(value, Wish),
+}
 """Check of a value against the type annotation of a record's field, by annotation."""
 
 

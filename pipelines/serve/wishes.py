@@ -31,7 +31,8 @@ MAX_ACTION = 300
 MAX_PATH = 40
 """Largest number of points of a path."""
 _PATH = re.compile(
-    r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( -?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
+    r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( "
+    r"-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
     re.ASCII,
 )
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
@@ -39,9 +40,31 @@ ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
 """Motion models that the page offers: all sources together, and each source alone."""
 FIRST = (
-    "Walk", "Salsa", "Wave", "Run", "Jump", "Kick", "Bow", "Sit", "Dance", "Disco dance", "Clap", "Idle", "Talk", "Jab", "Backflip", "Victory",
-    "Sneak", "Zombie walk", "Jumping jacks", "Ballet", "Point", "Cheer", "Laugh", "YMCA",
-)  # fmt: skip
+    "Walk",
+    "Salsa",
+    "Wave",
+    "Run",
+    "Jump",
+    "Kick",
+    "Bow",
+    "Sit",
+    "Dance",
+    "Disco dance",
+    "Clap",
+    "Idle",
+    "Talk",
+    "Jab",
+    "Backflip",
+    "Victory",
+    "Sneak",
+    "Zombie walk",
+    "Jumping jacks",
+    "Ballet",
+    "Point",
+    "Cheer",
+    "Laugh",
+    "YMCA",
+)
 """Actions that the gallery shows first."""
 
 
@@ -91,7 +114,8 @@ class Wish:
             or len(self.action) > MAX_ACTION
         ):
             raise InputError(
-                f"no action is given that can be read; expected names or words, at most {MAX_ACTION} letters"
+                f"no action is given that can be read; expected names or words, at most "
+                f"{MAX_ACTION} letters"
             )
         if self.model not in MODELS:
             raise InputError(
@@ -116,7 +140,8 @@ class Wish:
             r"stage|transparent|photo|#[0-9a-f]{6}", self.background
         ):
             raise InputError(
-                f"background is {brief(self.background)}; expected stage, transparent, photo or a color such as #30506f"
+                f"background is {brief(self.background)}; expected stage, transparent, photo or "
+                f"a color such as #30506f"
             )
         if not isinstance(self.clip, bool):
             raise InputError(f"clip is {brief(self.clip)}; expected true or false")
@@ -126,7 +151,8 @@ class Wish:
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
-                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in meters, each at most 99.99"
+                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in "
+                f"meters, each at most 99.99"
             )
         for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
             if getattr(self, name) not in known:
@@ -204,9 +230,10 @@ class Wish:
 
 def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:
     good = isinstance(value, (int, float) if kind is float else int) and not isinstance(value, bool)
-    if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # a number, as checked above
+    if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # numbers
         raise InputError(
-            f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from {limits[0]} to {limits[1]}"
+            f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from "
+            f"{limits[0]} to {limits[1]}"
         )
 
 

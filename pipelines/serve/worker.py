@@ -98,9 +98,16 @@ class Watched(RunOptions):
 
         given: dict[str, Any] = dict(parameters)
         outcome = run(
-            targets, graph=graph, executor=self.pool or "serial", store=Store(self.cache), start=start, overrides=overrides,
-            progress=self.listener, early=_together(self.early, early or {}), **given,
-        )  # fmt: skip
+            targets,
+            graph=graph,
+            executor=self.pool or "serial",
+            store=Store(self.cache),
+            start=start,
+            overrides=overrides,
+            progress=self.listener,
+            early=_together(self.early, early or {}),
+            **given,
+        )
         self.outcomes.append(outcome)
         return outcome
 
@@ -170,9 +177,13 @@ def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
     scale = size[0] / subject.photo_size[0]
     height, width = subject.mask.shape
     return [
-        [round(float((left + u * (right - left) / width) * scale), 1), round(float((top + v * (bottom - top) / height) * scale), 1), round(float(c), 3)]
+        [
+            round(float((left + u * (right - left) / width) * scale), 1),
+            round(float((top + v * (bottom - top) / height) * scale), 1),
+            round(float(c), 3),
+        ]
         for u, v, c in subject.keypoints
-    ]  # fmt: skip
+    ]
 
 
 def _shade(subject: Subject, size: tuple[int, int]) -> np.ndarray:
@@ -204,8 +215,12 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
     clock = Clock(
-        frames=wish.frames, pictures=wish.frames * len(wish.views), samples=wish.size**2 * wish.spp, known=task["known"], measured=task["times"],
-    )  # fmt: skip
+        frames=wish.frames,
+        pictures=wish.frames * len(wish.views),
+        samples=wish.size**2 * wish.spp,
+        known=task["known"],
+        measured=task["times"],
+    )
     shown, last = list[str](), dict[str, object]()
 
     def hear(update: Update) -> None:
@@ -238,9 +253,15 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     }
     hidden = ("job.json", TURN, *STAGES.values())
     return {
-        "files": {name: size for name, size in files.items() if name not in hidden and not Path(name).name.startswith(".")},
-        "notes": list(outcome.notes), "times": clock.measured(spent), "known": set(STILL) <= set(outcome.nodes),
-    }  # fmt: skip
+        "files": {
+            name: size
+            for name, size in files.items()
+            if name not in hidden and not Path(name).name.startswith(".")
+        },
+        "notes": list(outcome.notes),
+        "times": clock.measured(spent),
+        "known": set(STILL) <= set(outcome.nodes),
+    }
 
 
 # --- the process

@@ -50,8 +50,6 @@ LONG_FILES: dict[str, str] = {
     "pipelines/batch/tasks.py": "to be split",
     "pipelines/engine/closure.py": "to be split",
     "pipelines/engine/store.py": "to be split",
-    "pipelines/serve/app.py": "to be split",
-    "pipelines/serve/desk.py": "to be split",
     "export/sample.py": "one file that needs nothing of this project: it is copied alone",
 }
 

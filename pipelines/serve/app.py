@@ -1,4 +1,4 @@
-"""The page's application: photos in, jobs in, state and files out."""
+"""The web application of the page: it accepts photos and jobs, and serves state and files."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import asyncio
 import contextlib
 import dataclasses
 import functools
-import json
 import shutil
-import stat
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.responses import Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.animation import RIGS
@@ -27,6 +25,7 @@ from a2v.perception import Corrections
 from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
 from a2v.sessions import WEIGHTS
 from pipelines.requests.person import corrections_of
+from pipelines.serve.answers import PAGE, Told, failed, file_answer, public, refused
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_CLIP, MAX_UPLOAD, read_json, save_photo, title
@@ -38,30 +37,19 @@ from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
 from pipelines.serve.worker import TURN
 
 MAX_ARRIVING = 32
-"""Photos that may be on their way at once."""
+"""Largest number of photos that may be uploading at the same time."""
 EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
-"""Formats of characters that the page offers."""
+"""Character formats that the page offers."""
 CLIPS = (".mp4", ".webm", ".mov", ".m4v")
-"""Suffixes of videos that the page takes."""
+"""Suffixes of videos that the page accepts."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
-PAGE = Path(__file__).parent / "page"
-_TYPES = {
-    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png", ".webp": "image/webp",
-    ".mp4": "video/mp4", ".glb": "model/gltf-binary", ".json": "application/json",
-}  # fmt: skip
-_ALONE = {
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src data:; "
-        "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
-    )
-}
-"""Of pages of one file, which hold their scripts: they get an origin of their own and reach
-nothing."""
 
 
 def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
-    """The application behind its guard; `ready` is called when it has begun, and signals are the
-    server's."""
+    """Make the application behind its guard.
+
+    `ready` is called once the application has started. The server handles signals.
+    """
 
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
@@ -70,33 +58,14 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
         yield
         await desk.close()
 
-    handlers = {A2VError: _told, HTTPException: _status}
+    handlers = {A2VError: failed, HTTPException: refused}
     return Guard(
         Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token
     )
 
 
-class Told(Response):
-    """JSON in ASCII: there is no text that it cannot write."""
-
-    media_type = "application/json"
-
-    def render(self, content: Any) -> bytes:
-        """The bytes of a value."""
-        return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
-
-
-async def _told(request: Request, error: Exception) -> Response:
-    return Told({"problem": printable(str(error))}, status_code=400)
-
-
-async def _status(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    return Told({"problem": error.detail}, status_code=error.status_code)
-
-
 class Handlers:
-    """What answers each address."""
+    """The handler of each address."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -108,7 +77,7 @@ class Handlers:
         return self._desk.library
 
     def routes(self) -> list[Route]:
-        """All addresses below the token."""
+        """Return all routes below the token."""
         get, post, delete = ["GET"], ["POST"], ["DELETE"]
         return [
             Route("/", self.page, methods=get),
@@ -139,18 +108,18 @@ class Handlers:
         ]
 
     async def page(self, request: Request) -> Response:
-        """The page itself."""
-        return _file(PAGE / "index.html", PAGE)
+        """Serve the page."""
+        return file_answer(PAGE / "index.html", PAGE)
 
     async def asset(self, request: Request) -> Response:
-        """Style, script and icon of the page."""
+        """Serve a style sheet, script or image of the page."""
         name = request.path_params["name"]
         if name not in {path.name for path in PAGE.iterdir()}:
             raise HTTPException(404, "there is no such file")
-        return _file(PAGE / name, PAGE)
+        return file_answer(PAGE / name, PAGE)
 
     async def choices(self, request: Request) -> Response:
-        """What may be chosen."""
+        """Return the choices that the page offers."""
         return Told(
             await self._desk.threads.do(choices)
             | {
@@ -163,8 +132,8 @@ class Handlers:
         )
 
     async def state(self, request: Request) -> Response:
-        """Photos and jobs as they are."""
-        photos = [_public(photo) for photo in self._library.photos.values()]
+        """Return the current state of photos and jobs."""
+        photos = [public(photo) for photo in self._library.photos.values()]
         waiting = [
             job.id
             for job in sorted(self._library.jobs.values(), key=lambda one: one.created)
@@ -173,9 +142,7 @@ class Handlers:
         jobs = []
         for job in self._library.jobs.values():
             place = waiting.index(job.id) + 1 if job.id in waiting else 0
-            jobs.append(
-                _public(job) | {"progress": self._desk.progress.get(job.id), "place": place}
-            )
+            jobs.append(public(job) | {"progress": self._desk.progress.get(job.id), "place": place})
         return Told(
             {
                 "photos": photos,
@@ -186,7 +153,7 @@ class Handlers:
         )
 
     async def words(self, request: Request) -> Response:
-        """What a prompt is taken for."""
+        """Return the actions that a prompt is matched to."""
         said = await read_json(request)
         model, text = said.get("model"), said.get("text")
         if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
@@ -204,14 +171,16 @@ class Handlers:
         return Told({"parts": parts})
 
     async def take_photo(self, request: Request) -> Response:
-        """A photo comes in: its size before and while it is read, its pixels in a process of their
-        own."""
+        """Receive a photo.
+
+        Its size is checked before and while it is read. A child process decodes its pixels.
+        """
         return await self._arrive(
             functools.partial(save_photo, request), title(request.query_params.get("name", ""))
         )
 
     async def take_sample(self, request: Request) -> Response:
-        """The sample person comes in as if somebody had sent the photo."""
+        """Add the photo of the sample person as if it had been uploaded."""
 
         async def copy(path: Path) -> None:
             try:
@@ -233,19 +202,22 @@ class Handlers:
         try:
             folder = self._library.arriving()
             await save(folder / ORIGINAL)
-            photo = await self._desk.open_photo(folder, name)
+            photo = await self._desk.arrivals.open_photo(folder, name)
+            self._desk.wake()
         finally:
             self._arriving -= 1
             if folder is not None:
-                shutil.rmtree(folder, ignore_errors=True)  # it is elsewhere by now, or refused
+                shutil.rmtree(folder, ignore_errors=True)  # the photo was moved or refused
         warming = asyncio.create_task(self._desk.warm())
         self._background.add(warming)
         warming.add_done_callback(self._background.discard)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_photo(self, request: Request) -> Response:
-        """A person goes: the photo, its videos and all that the store remembers of it; the answer
-        tells how much that was."""
+        """Remove a person: the photo, its videos, and all values of the store made from it.
+
+        The answer reports how much was removed.
+        """
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
@@ -254,7 +226,7 @@ class Handlers:
         return Told({})
 
     async def corrections(self, request: Request) -> Response:
-        """What the user has corrected of a photo."""
+        """Return the saved corrections of a photo."""
         photo = self._photo(request)
         path = self._library.place(photo) / CORRECTIONS if photo.corrected else None
         return Told(
@@ -264,13 +236,13 @@ class Handlers:
         )
 
     async def correct(self, request: Request) -> Response:
-        """Corrections that count from now on; what is empty takes them back."""
+        """Save corrections of a photo; empty corrections remove the earlier ones."""
         photo = self._photo(request)
         self._desk.correct(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo))
-        return Told(_public(photo))
+        return Told(public(photo))
 
     async def outline(self, request: Request) -> Response:
-        """The body's outline by corrections that are not kept."""
+        """Return the outline of the body with given corrections, without saving them."""
         photo = self._photo(request)
         return Told(
             await self._desk.outline(
@@ -279,23 +251,23 @@ class Handlers:
         )
 
     async def take_more(self, request: Request) -> Response:
-        """A further photo of a person."""
+        """Receive a further photo of a person."""
         photo = self._photo(request)
         folder = self._library.arriving()
         try:
             await save_photo(request, folder / ORIGINAL)
-            await self._desk.add_more(photo, folder)
+            await self._desk.arrivals.add_more(photo, folder)
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_more(self, request: Request) -> Response:
-        """The further photos of a person go."""
-        await self._desk.remove_more(self._photo(request))
+        """Remove the further photos of a person."""
+        await self._desk.arrivals.remove_more(self._photo(request))
         return Told({})
 
     async def take_clip(self, request: Request) -> Response:
-        """A video whose motion the person takes over."""
+        """Receive a video whose motion the person copies."""
         photo, name = self._photo(request), request.query_params.get("name", "")
         suffix = Path(name).suffix.lower()
         if suffix not in CLIPS:
@@ -303,18 +275,18 @@ class Handlers:
         folder = self._library.arriving()
         try:
             await save_photo(request, folder / ORIGINAL, MAX_CLIP, "video")
-            await self._desk.add_clip(photo, folder, suffix, title(name))
+            await self._desk.arrivals.add_clip(photo, folder, suffix, title(name))
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-        return Told(_public(photo), status_code=201)
+        return Told(public(photo), status_code=201)
 
     async def remove_clip(self, request: Request) -> Response:
-        """The video with the motion goes."""
-        await self._desk.remove_clip(self._photo(request))
+        """Remove the video with the motion."""
+        await self._desk.arrivals.remove_clip(self._photo(request))
         return Told({})
 
     async def export(self, request: Request) -> Response:
-        """A finished character for another tool."""
+        """Export a finished character for another tool."""
         said, job = await read_json(request), self._job(request)
         rig, suffix = said.get("rig"), said.get("format")
         if rig not in RIGS or suffix not in EXPORTS:
@@ -322,15 +294,15 @@ class Handlers:
                 f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})"
             )
         await self._desk.export(job, str(rig), str(suffix))
-        return Told(_public(job))
+        return Told(public(job))
 
     async def remove_damaged(self, request: Request) -> Response:
-        """What cannot be read goes."""
+        """Remove records that cannot be read."""
         await self._desk.remove_damaged()
         return Told({})
 
     async def take_job(self, request: Request) -> Response:
-        """A video is asked for."""
+        """Queue a requested video."""
         said = await read_json(request)
         photo = self._library.photos.get(str(said.get("photo")))
         if photo is None:
@@ -343,15 +315,15 @@ class Handlers:
             await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
-        return Told(_public(job), status_code=201)
+        return Told(public(job), status_code=201)
 
     async def remove_job(self, request: Request) -> Response:
-        """A video goes."""
+        """Remove a video."""
         await self._desk.remove(self._job(request))
         return Told({})
 
     async def cancel(self, request: Request) -> Response:
-        """A video is not wanted any more."""
+        """Cancel a video."""
         await self._desk.cancel(self._job(request))
         return Told({})
 
@@ -361,27 +333,27 @@ class Handlers:
         return Told({})
 
     async def photo_file(self, request: Request) -> Response:
-        """What the page shows of a photo; the bytes that came in are never given out."""
+        """Serve the shown version of a photo; the uploaded bytes are never served."""
         photo, name = self._photo(request), request.path_params["name"]
         further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
         if name not in (SHOWN, MASK, CORRECTIONS, *further):
             raise HTTPException(404, "there is no such file")
-        return _file(
+        return file_answer(
             self._library.place(photo) / name,
             self._library.folder,
             download=name if name == CORRECTIONS else None,
         )
 
     async def job_file(self, request: Request) -> Response:
-        """A result."""
+        """Serve one result of a job."""
         job, name = self._job(request), request.path_params["name"]
         if name not in job.files and name not in (TURN, *STAGES.values()):
             raise HTTPException(404, "there is no such file")
         download = Path(name).name if "download" in request.query_params else None
-        return _file(self._library.place(job) / name, self._library.folder, download=download)
+        return file_answer(self._library.place(job) / name, self._library.folder, download=download)
 
     async def everything(self, request: Request) -> Response:
-        """All results in one archive."""
+        """Serve all results of a job in one zip."""
         job = self._job(request)
         if not job.files:
             raise HTTPException(404, "nothing is made yet")
@@ -404,36 +376,7 @@ class Handlers:
 
 
 def _corrections(said: Mapping[str, Any], photo: Photo) -> Corrections:
-    """The corrections in a request, which fit the photo."""
+    """Return the corrections in a request, checked against the size of the photo."""
     found = Corrections.of(said, "the request")
     found.in_pixels(photo.width, photo.height)
     return found
-
-
-def _public(item: Photo | Job) -> dict[str, Any]:
-    facts: dict[str, Any] = dict(vars(item))
-    if isinstance(item, Job):
-        facts["wish"] = item.wish.said()
-    for name in ("digest", "clip_digest"):
-        facts.pop(name, None)
-    return facts
-
-
-def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
-    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no
-    plain file."""
-    try:
-        if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(
-            path.lstat().st_mode
-        ):
-            raise HTTPException(404, "there is no such file")
-    except OSError:
-        raise HTTPException(404, "there is no such file") from None
-    alone = path.suffix == ".html" and inside != PAGE
-    headers = _ALONE if alone else {}
-    return FileResponse(
-        path,
-        media_type=_TYPES.get(path.suffix, "application/octet-stream"),
-        filename=download,
-        headers=headers,
-    )

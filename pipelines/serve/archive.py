@@ -1,4 +1,4 @@
-"""A zip of many files that is made while it is sent: no copy of it is kept in memory or on disk."""
+"""Create a zip while sending it, with no copy of it in memory or on disk."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 PART = 1 << 18
-"""Bytes that are read and sent at a time."""
+"""Bytes per read and send."""
 
 
 class _Pipe(io.RawIOBase):
-    """Holds what was written until it is taken; it cannot be rewound, so `zipfile` puts sizes
-    behind the data."""
+    """A buffer of written bytes. It cannot seek, so `zipfile` writes sizes after the data."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -27,17 +26,17 @@ class _Pipe(io.RawIOBase):
         return len(part)
 
     def take(self) -> bytes:
-        """What was written since."""
+        """Return and clear the bytes written since the last call."""
         taken, self._parts = b"".join(self._parts), []
         return taken
 
 
 def zipped(folder: Path, names: Mapping[str, int]) -> Iterator[bytes]:
-    """The parts of a zip with the files `names` of `folder`; files that are gone are left out."""
+    """Yield the parts of a zip of the files `names` in `folder`; missing files are left out."""
     pipe = _Pipe()
     with zipfile.ZipFile(
         pipe, "w"
-    ) as archive:  # films, pictures and characters are compressed already
+    ) as archive:  # videos, images and characters are already compressed
         for name in names:
             path = folder / name
             if path.is_symlink() or not path.is_file():

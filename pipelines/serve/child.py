@@ -1,4 +1,4 @@
-"""A child process that computes for the page: started when it is needed, stopped at any moment."""
+"""A child process that computes for the page, started on demand and stopped at any time."""
 
 from __future__ import annotations
 
@@ -13,17 +13,20 @@ from a2v.processes import python_command
 from a2v.system import end_group
 
 GRACE_SECONDS = 5.0
-"""Between asking a process to end and ending it."""
+"""Seconds between asking a process to end and killing it."""
 _LINE_BYTES = 4 << 20
-LOST = "the process that computed this has ended, most likely because the memory was used up; what was finished is remembered: try again"
+LOST = (
+    "the process that computed this has ended, most likely because the memory was used up; "
+    "what was finished is remembered: try again"
+)
 SLOW = "this takes too long; take a smaller photo"
 
 Take = Callable[[Mapping[str, Any]], None]
 
 
 class Child:
-    """A child process that is started when it is needed and may be stopped at any moment, also
-    while it starts.
+    """A child process that is started on demand. It may be stopped at any time, also during
+    its start.
 
     Parameters
     ----------
@@ -34,23 +37,22 @@ class Child:
         self._code = code
         self._process: asyncio.subprocess.Process | None = None
         self._used = time.monotonic()
-        # of whoever starts or stops the process: what is being started cannot be stopped before it
-        # is there
+        # held while the process is started or stopped, so that a stop waits for a start to finish
         self._life = asyncio.Lock()
-        self._turn = asyncio.Lock()  # of whoever waits for an answer
+        self._turn = asyncio.Lock()  # held while a task is answered
 
     @property
     def alive(self) -> bool:
-        """Whether there is a process."""
+        """Return whether the process is running."""
         return self._process is not None and self._process.returncode is None
 
     async def tell(self, task: Mapping[str, Any]) -> asyncio.subprocess.Process:
-        """Hand over a task; starts the process.
+        """Send a task to the process, which is started if necessary.
 
         Raises
         ------
         OSError
-            It cannot be started.
+            The process cannot be started.
         """
         async with self._life:
             if self._process is None or self._process.returncode is not None:
@@ -66,7 +68,7 @@ class Child:
         self._used = time.monotonic()
         with contextlib.suppress(
             ConnectionError
-        ):  # it has just ended; whoever waits for an answer will see
+        ):  # the process has just ended; `_answer` reports it
             process.stdin.write(json.dumps(task).encode() + b"\n")
             await process.stdin.drain()
         return process
@@ -78,15 +80,17 @@ class Child:
         *,
         limit: float | None = None,
     ) -> dict[str, Any]:
-        """Hand over a task and wait for its end, at most `limit` seconds; "done" or "problem". One
-        task at a time."""
+        """Send a task and wait at most `limit` seconds for its "done" or "problem".
+
+        One task runs at a time.
+        """
         async with self._turn:
             try:
                 return await asyncio.wait_for(self._answer(task, progress), limit)
             except (TimeoutError, asyncio.TimeoutError):
                 await self.stop()
                 return {"problem": SLOW}
-            except ValueError:  # a line that is too long, or none of ours
+            except ValueError:  # a line that is too long or invalid
                 await self.stop()
                 return {"problem": LOST}
             except OSError as error:
@@ -105,12 +109,11 @@ class Child:
         return {"problem": LOST}
 
     def idle(self, seconds: float) -> bool:
-        """Whether it has lived for so long without a task."""
+        """Return whether the process has had no task for `seconds`."""
         return self.alive and not self._turn.locked() and time.monotonic() - self._used > seconds
 
     async def stop(self) -> None:
-        """End the process and those that it has started; one that is being started is waited for
-        and ended."""
+        """End the process and its own child processes; a starting process is ended once started."""
         async with self._life:
             process, self._process = self._process, None
             if process is None:

@@ -1,5 +1,7 @@
-"""How far a job is and how long it will take: from what its nodes tell, and from how long they took
-here before."""
+"""Estimate progress and remaining time of a job.
+
+The estimate uses the updates of its nodes, and the time that they took on this machine earlier.
+"""
 
 from __future__ import annotations
 
@@ -17,29 +19,59 @@ STILL = (
     "character",
     "engine_character",
 )
-"""The nodes from a photo to a character, which are remembered for the next video."""
+"""Nodes from a photo to a character, whose results are cached for the next video."""
 
 PRIOR: Mapping[str, float] = {
-    "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored_surface": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
-    "engine_character": 3.0, "glb": 0.5, "bvh": 0.2, "vertices": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
-}  # fmt: skip
-"""Seconds of a node on two cores, as long as none was measured here; of `vertices` a frame, of
-`frame` a picture of `PIXELS` samples."""
+    "subject": 3.0,
+    "photo_body": 20.0,
+    "surface": 15.0,
+    "body": 20.0,
+    "colored_surface": 10.0,
+    "character": 6.0,
+    "motion": 0.3,
+    "poses": 0.3,
+    "engine_character": 3.0,
+    "glb": 0.5,
+    "bvh": 0.2,
+    "vertices": 0.15,
+    "frame": 0.5,
+    "video": 0.5,
+    "clip": 0.5,
+}
+"""Seconds per node on two cores, used until a time is measured on this machine: `vertices` per
+frame, `frame` per image of `PIXELS` samples."""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
-    "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
-    "colored_surface": "Coloring the unseen sides", "shaded_surface": "Coloring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "frame_settings": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
-    "vertices": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "engine_character": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
-}  # fmt: skip
+    "subject": "Finding the person",
+    "photo_body": "Fitting a body",
+    "surface": "Building the surface",
+    "body": "Fitting the body closely",
+    "colored_surface": "Coloring the unseen sides",
+    "shaded_surface": "Coloring the unseen sides",
+    "character": "Tying skin to bones",
+    "motion": "Making the motion",
+    "frame_settings": "Trying the renderer",
+    "camera": "Placing the cameras",
+    "pose": "Moving the bones",
+    "props": "Moving the bones",
+    "poses": "Moving the bones",
+    "vertices": "Moving the skin",
+    "frame": "Rendering",
+    "video": "Encoding",
+    "clip": "Encoding",
+    "engine_character": "Writing the character",
+    "glb": "Writing the character",
+    "bvh": "Writing the motion",
+}
 
 
 class Clock:
-    """Turns updates into what a person wants to know.
+    """Turns updates of nodes into progress and remaining time.
 
     Parameters
     ----------
-    frames, pictures, samples : frames of motion, pictures of all views, samples of a picture
-    known : whether the character is expected to be remembered
+    frames, pictures, samples : frames of motion, images of all views, samples per image
+    known : whether the character is expected to be cached
     measured : seconds by node, as in `PRIOR`
     """
 
@@ -65,16 +97,13 @@ class Clock:
         self.best = 0.0
 
     def take(self, update: Update) -> dict[str, object]:
-        """What to show after an update: the stage in words, the share that is done, seconds
-        left."""
+        """Return stage in words, completed fraction, and seconds left after an update."""
         now, name = time.monotonic(), update.node
         begun = self._begun.setdefault(name, (now, update.done))
         whole = self._whole.get(name, 0.0)
         if update.total and update.done >= update.total:
             self._left[name] = 0.0
-        elif (
-            update.done > begun[1] + 1
-        ):  # the first took what the others need not: loading, setting up
+        elif update.done > begun[1] + 1:  # the first unit includes loading and setup
             first = self._first.setdefault(name, (now, update.done))
             rate = (
                 (now - first[0]) / (update.done - first[1])
@@ -95,7 +124,7 @@ class Clock:
         return {"stage": stage, "share": round(self.best, 4), "left": round(left, 1)}
 
     def measured(self, seconds: Mapping[str, float]) -> dict[str, float]:
-        """Seconds of whole nodes as seconds a unit."""
+        """Convert seconds per node to seconds per unit."""
         return {
             name: value / max(self._units.get(name, 1.0), 1e-6)
             for name, value in seconds.items()

@@ -1,9 +1,8 @@
-"""The queue: photos are looked at in one child process, videos are made in another, one at a time,
-in the order in which they came.
+"""The queue of photos and videos, processed one at a time in order of arrival.
 
-A third opens the photos that come in, so that no bytes of strangers are decoded where the page is
-served. What waits is what the records say, so a queue that was cut off goes on at the next start;
-frames that were finished are remembered.
+One child process finds people in photos, another makes videos. A third opens uploads, so that the
+server process decodes no untrusted bytes. The records define the queue, so an interrupted queue
+continues at the next start, and finished frames are cached.
 """
 
 from __future__ import annotations
@@ -24,40 +23,38 @@ from a2v.io import atomic_path, read_bytes
 from a2v.perception import Corrections
 from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.store import Ref, Store
-from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
+from pipelines.serve.arrivals import Arrivals
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed
-from pipelines.serve.records import SHOWN, Job, Library, Photo
+from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import CLIP, CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
-"""A child process that had nothing to do for so long is ended, for its memory."""
-OPEN_SECONDS = 60.0
-"""Longest that opening a photo may take."""
+"""Seconds without a task after which a child process is ended to free its memory."""
 SETTLED_SECONDS = 120.0
-"""A value of the store that no call names after this time is nobody's: what a stopped computation
-has left of a photo goes then."""
+"""Seconds after which a value of the store that no call references is removed, such as the remains
+of a stopped computation."""
 MAX_THREADS = 8
-"""Beside the one that answers."""
+"""Number of threads in addition to the main thread."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
 _TIMES = "times.json"
-"""File of how long stages take here."""
+"""File of the measured times of the stages."""
 _OWED = "forgetting"
-"""File that is there while something has still to be forgotten."""
+"""File that exists while removals from the store are pending."""
 
 T = TypeVar("T")
 
 
 class Desk:
-    """Takes photos and jobs, has them done and keeps their records.
+    """Processes photos and jobs, and keeps their records.
 
     Parameters
     ----------
     code : see `Child`
     cache : folder of the store, None for the default
-    workers : processes that compute frames, None for one a core
+    workers : number of processes that compute frames, None for one per core
     """
 
     def __init__(
@@ -68,17 +65,18 @@ class Desk:
         self.threads = Threads(MAX_THREADS)
         self._cache, self._workers = cache, workers
         self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
+        self.arrivals = Arrivals(library, self._opener, forget=self._forget)
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
-        self._served: list[Photo | Job] = []  # of whom somebody waits for an outline or a file
+        self._served: list[Photo | Job] = []  # for which a request waits for an outline or a file
         self._forgetting = asyncio.Lock()
         self._owed = Owed(library.folder / _OWED)
         self._closing = False
         self._tasks: list[asyncio.Task[None]] = []
 
     def start(self) -> None:
-        """Begin to work, with what an earlier run has left."""
+        """Start processing, beginning with unfinished jobs of an earlier run."""
         for job in self.library.jobs.values():
             if job.status == "running":
                 job.status = "waiting"
@@ -87,10 +85,10 @@ class Desk:
         self._tasks = [asyncio.create_task(self._for_ever(one)) for one in rounds]
 
     async def close(self) -> None:
-        """Stop at once; what was running goes on at the next start.
+        """Stop at once; a running job continues at the next start.
 
-        Until Python 3.12 `asyncio.wait_for` loses a cancellation that comes while what it waits for
-        is just done, so it is said again.
+        Until Python 3.12 `asyncio.wait_for` loses a cancellation that arrives just as the awaited
+        task finishes, so the cancellation is repeated.
         """
         self._closing = True
         while alive := [task for task in self._tasks if not task.done()]:
@@ -100,118 +98,17 @@ class Desk:
         await asyncio.gather(self._opener.stop(), self._looker.stop(), self._maker.stop())
 
     def wake(self) -> None:
-        """Say that there is something new to do."""
+        """Signal that the queue has changed."""
         for more in self._more:
             more.set()
 
-    async def open_photo(self, folder: Path, title: str) -> Photo:
-        """Take in the photo that has arrived in `folder`.
-
-        Raises
-        ------
-        InputError
-            It is no photo, is too large, or there are too many.
-        """
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        photo = self.library.add_photo(folder, title, answer["done"])
-        self.wake()
-        return photo
-
-    async def add_more(self, photo: Photo, folder: Path) -> None:
-        """Take in the photo that has arrived in `folder` as a further one of the person in `photo`.
-
-        Raises
-        ------
-        InputError
-            It is no photo, the person has it already, or there are too many.
-        """
-        if "," in str(self.library.folder):
-            raise InputError(
-                "the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder"
-            )
-        name = f"more-{len(photo.more) + 1}"
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        digest = answer["done"]["digest"]
-        if digest in (photo.digest, *photo.more):
-            raise InputError("this photo is here already; take one from another side")
-        if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
-            raise InputError(f"at most {MAX_PHOTOS} photos of one person are taken")
-        (folder / ORIGINAL).rename(self.library.place(photo) / name)
-        (folder / SHOWN).rename(self.library.place(photo) / f"{name}.jpg")
-        photo.more, photo.known = [*photo.more, digest], False
-        self.library.keep(photo)
-
-    async def remove_more(self, photo: Photo) -> None:
-        """Remove the further photos of a person."""
-        for number in range(len(photo.more)):
-            for name in (f"more-{number + 1}", f"more-{number + 1}.jpg"):
-                (self.library.place(photo) / name).unlink(missing_ok=True)
-        gone, photo.more, photo.known = photo.more, [], False
-        self.library.keep(photo)
-        await self._forget(gone)
-
-    async def add_clip(self, photo: Photo, folder: Path, suffix: str, title: str) -> None:
-        """Take in the video that has arrived in `folder` as a motion for the person in `photo`; it
-        replaces an earlier one.
-
-        Raises
-        ------
-        InputError
-            It is no video, or too large or too long, or the earlier one is in use.
-        """
-        task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        if photo.id not in self.library.photos:
-            raise InputError("this photo was removed; choose another")
-        if photo.clip:
-            await self.remove_clip(photo)
-        (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
-        photo.clip, photo.clip_title = suffix, title[:80] or "video"
-        photo.clip_seconds = float(answer["done"]["seconds"])
-        photo.clip_digest = answer["done"]["digest"]
-        self.library.keep(photo)
-
-    async def remove_clip(self, photo: Photo) -> None:
-        """Remove the video with the motion for a person, and what is remembered of it.
-
-        Raises
-        ------
-        InputError
-            A video that takes its motion over is still to be made.
-        """
-        if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
-            raise InputError("this video is in use; cancel what is being made of it first")
-        (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
-        gone = photo.clip_digest
-        photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""
-        self.library.keep(photo)
-        await self._forget([gone])
-
     def correct(self, photo: Photo, corrections: Corrections) -> None:
-        """Keep what the user has corrected, and look at the photo again with it.
+        """Save the user's corrections and process the photo again with them.
 
         Raises
         ------
         InputError
-            The photo is being looked at, or the disk is full.
+            The photo is being processed, or the disk is full.
         """
         if photo.status == "looking":
             raise InputError("this photo is being looked at; try again in a moment")
@@ -231,13 +128,15 @@ class Desk:
         self.wake()
 
     async def outline(self, photo: Photo, corrections: Corrections) -> dict[str, Any]:
-        """The outline of the body that is fitted with these corrections, which are not kept; see
-        `pipelines.serve.fitting.outline`.
+        """Return the outline of the body fitted with these corrections, without saving them.
+
+        See `pipelines.serve.fitting.outline`.
+
 
         Raises
         ------
         InputError
-            It cannot be made.
+            The outline cannot be computed.
         """
         task = {
             "task": "outline",
@@ -248,7 +147,7 @@ class Desk:
         return await self._serve(photo, task)
 
     async def _serve(self, item: Photo | Job, task: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer of the process that looks at photos to somebody who waits for it."""
+        """Run a task for a waiting request in the process that looks at photos."""
         self._served.append(item)
         try:
             answer = await self._looker.do(task)
@@ -265,7 +164,7 @@ class Desk:
         Raises
         ------
         InputError
-            It is not finished, or it cannot be written.
+            The job is not finished, or the file cannot be written.
         """
         if job.status != "done":
             raise InputError("this video is not made yet")
@@ -276,24 +175,25 @@ class Desk:
         self.library.keep(job)
 
     def _asked(self, job: Job, photo: Photo) -> dict[str, Any]:
-        """What a task says of a job: folder, store, wish, and the files of the person."""
+        """Return the entries of a task for a job: folder, store, wish, and the person's files."""
         own = self.library.place(photo)
         more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
         corrections = str(own / CORRECTIONS) if photo.corrected else None
         clip = str(own / f"{CLIP}{photo.clip}") if job.wish.clip and photo.clip else None
         return {
-            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL), "corrections": corrections, "more": more, "clip": clip,
+            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL),
+            "corrections": corrections, "more": more, "clip": clip,
             "cache": self._cache, "wish": job.wish.said(),
         }  # fmt: skip
 
     async def warm(self) -> None:
-        """Load what a video will need, while somebody still chooses."""
+        """Load the modules for a video while the user still chooses."""
         if self._current is None and not self._maker.alive:
-            with contextlib.suppress(OSError):  # whoever asks for a video is told
+            with contextlib.suppress(OSError):  # a later request for a video reports it
                 await self._maker.tell({"task": "warm", "workers": self._workers})
 
     async def cancel(self, job: Job) -> None:
-        """Take a job from the queue, or stop it in the middle."""
+        """Remove a job from the queue, or stop it if it is running."""
         if job.over:
             raise InputError("this video is not in the queue any more")
         job.status = "cancelled"
@@ -303,7 +203,7 @@ class Desk:
             await asyncio.sleep(0.01)
 
     def again(self, item: Photo | Job) -> None:
-        """Queue a job that failed or was cancelled, or a photo that could not be used, anew."""
+        """Queue again a failed or cancelled job, or a photo that could not be used."""
         if isinstance(item, Photo):
             if item.status != "unusable":
                 raise InputError("this photo is in use already")
@@ -316,15 +216,14 @@ class Desk:
         self.wake()
 
     async def remove(self, item: Photo | Job) -> Forgotten:
-        """Remove a photo with its jobs and all that is remembered of it, or a job; what is being
-        computed is stopped."""
+        """Remove a photo with its jobs and stored values, or a job; stop running computations."""
 
         def jobs() -> list[Job]:
             return [item] if isinstance(item, Job) else list(self.library.jobs_of(item))
 
         while job := next(
             (one for one in jobs() if not one.over), None
-        ):  # another may be asked for while one is being stopped
+        ):  # another may be requested while one is stopped
             await self.cancel(job)
         if isinstance(item, Photo):
             for digest in _digests(item):
@@ -340,7 +239,7 @@ class Desk:
             await (self._maker if self._current in removed else self._looker).stop()
             await asyncio.sleep(0.01)
         if isinstance(item, Photo) and self._looking is None and not self._served:
-            await self._looker.stop()  # it may hold what was seen of the photo
+            await self._looker.stop()  # it may hold data of the photo in memory
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
         return await self._forget(_digests(item)) if isinstance(item, Photo) else Forgotten()
 
@@ -349,8 +248,7 @@ class Desk:
         await self.threads.do(_delete, self.library.remove_damaged())
 
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
-        """Remove what the store remembers of photos, unless they are here a second time, and what
-        belongs to nobody."""
+        """Remove stored values of photos that no other record uses, and unreferenced values."""
         async with self._forgetting:
             stays = {digest for one in self.library.photos.values() for digest in _digests(one)}
             gone, keep = (
@@ -389,7 +287,7 @@ class Desk:
             answer = await self._looker.do(task)
         finally:
             self._looking = None
-        if photo.id not in self.library.photos:  # it was removed meanwhile
+        if photo.id not in self.library.photos:  # removed in the meantime
             return
         if "problem" in answer:
             photo.status, photo.problem = "unusable", answer["problem"]
@@ -428,7 +326,7 @@ class Desk:
                 task, lambda update: self.progress.__setitem__(job.id, update)
             )
             if "problem" in answer:
-                await self._maker.stop()  # its workers may still be at it
+                await self._maker.stop()  # its workers may still be running
         finally:
             self._current = None
             self.progress.pop(job.id, None)
@@ -458,8 +356,7 @@ class Desk:
             self._owed.paid(owed)
 
     async def _for_ever(self, one: Callable[[], Awaitable[None]]) -> None:
-        """Do one round after another; a round that fails is told on standard error and does not end
-        the others."""
+        """Repeat a round; the error of a failed round is printed, and the next round starts."""
         while not self._closing:
             try:
                 await one()
@@ -467,10 +364,10 @@ class Desk:
                 traceback.print_exc(file=sys.stderr)
                 await asyncio.sleep(1.0)
 
-    # --- how long things take here
+    # --- measured times
 
     def _times(self) -> dict[str, float]:
-        with contextlib.suppress(Exception):  # no file, or none of ours: the priors do
+        with contextlib.suppress(Exception):  # no file, or an invalid one: use the priors
             found = json.loads(read_bytes(self.library.folder / _TIMES, limit=1 << 16))
             return {str(name): float(value) for name, value in found.items()}
         return {}
@@ -483,7 +380,7 @@ class Desk:
         with (
             contextlib.suppress(A2VError),
             atomic_path(self.library.folder / _TIMES) as temporary,
-        ):  # a full disk: what is known does
+        ):  # on a full disk, keep the earlier times
             temporary.write_text(
                 json.dumps({name: round(value, 4) for name, value in mixed.items()}),
                 encoding="utf-8",
@@ -491,7 +388,7 @@ class Desk:
 
 
 def _digests(photo: Photo) -> list[str]:
-    """Of the values of the store that are made of a person's files."""
+    """Return the digests of a person's files in the store."""
     return [digest for digest in (photo.digest, *photo.more, photo.clip_digest) if digest]
 
 

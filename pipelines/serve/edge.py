@@ -1,5 +1,4 @@
-"""What comes in from a browser or from an old record: text is normalized and checked here, once,
-and bodies are bounded."""
+"""Check input from a browser or an old record: normalize and check text once, limit bodies."""
 
 from __future__ import annotations
 
@@ -19,33 +18,36 @@ from a2v.io import parse_json
 MAX_UPLOAD = 40 << 20
 MAX_CLIP = 200 << 20
 MAX_WORDS = 1 << 16
-"""Bytes of a photo, of a video and of any other request."""
+"""Largest number of bytes of a request that is neither a photo nor a video."""
 MAX_LEVELS = 16
-"""Of objects and lists inside each other."""
+"""Largest nesting depth of objects and lists."""
 BODY_SECONDS = 30.0
-"""A browser that sends nothing for so long, in the middle of a request, has gone."""
+"""Seconds without data within a request after which the browser counts as disconnected."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-"""Control characters and what changes the writing direction; white space as a browser may send it
-among them."""
+"""Control characters, including line breaks and tabs, and characters that change the writing
+direction."""
 
 
 def clean(value: Any, level: int = 0) -> Any:
-    """A value out of JSON whose texts can be stored, encoded and shown: composed (NFC), control
-    characters as spaces.
+    """Return a JSON value with texts that can be stored, encoded and shown.
+
+    Texts are composed (NFC), with spaces in place of control characters.
+
 
     Raises
     ------
     InputError
-        A text has half a surrogate pair: no character, and nothing that UTF-8 can write; or lists
-        are nested deeper than `MAX_LEVELS`.
+        A text has a lone surrogate, which UTF-8 cannot encode, or objects and lists are nested
+        deeper than `MAX_LEVELS`.
     """
     if level > MAX_LEVELS:
         raise InputError(f"the request is nested deeper than {MAX_LEVELS} levels")
     if isinstance(value, str):
         if _SURROGATE.search(value):
             raise InputError(
-                "a text of the request has half a character (a lone surrogate); send it again in UTF-8"
+                "a text of the request has half a character (a lone surrogate); send it again in "
+                "UTF-8"
             )
         return _UNSEEN.sub(" ", unicodedata.normalize("NFC", value))
     if isinstance(value, dict):
@@ -56,20 +58,20 @@ def clean(value: Any, level: int = 0) -> Any:
 
 
 def title(text: str) -> str:
-    """A file's name as words to show."""
+    """Return the title to show for a file name."""
     kept = "".join(letter for letter in unicodedata.normalize("NFC", text) if letter.isprintable())
     return Path(kept.replace("\\", "/")).stem.strip()
 
 
 async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, Any]:
-    """The object that a request of at most `limit` bytes holds, its texts clean.
+    """Return the JSON object in a request of at most `limit` bytes, with cleaned texts.
 
     Raises
     ------
     InputError
-        It is none, or holds what is no text.
+        The request is not a JSON object, or holds invalid text.
     HTTPException
-        413: it is too long; 408: it does not arrive.
+        413: the request is too long; 408: it does not arrive.
     """
     data = bytearray()
     async for part in _parts(request, limit, "the request is too long"):
@@ -86,15 +88,14 @@ async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, An
 async def save_photo(
     request: Request, path: Path, limit: int = MAX_UPLOAD, what: str = "photo"
 ) -> None:
-    """Write the photo or the video that a request holds to `path`, a part at a time. If it fails,
-    nothing is left.
+    """Write the photo or video in a request to `path`, in parts. A failure leaves no file.
 
     Raises
     ------
     InputError
-        It is empty, or the disk is full.
+        The file is empty, or the disk is full.
     HTTPException
-        413: it is too large; 408: it does not arrive.
+        413: the file is too large; 408: it does not arrive.
     """
     try:
         with path.open("xb") as stream:
@@ -117,8 +118,10 @@ async def save_photo(
 
 
 async def _parts(request: Request, limit: int, too_large: str) -> AsyncIterator[bytes]:
-    """The body in parts, refused by what it says of its size, and cut off where it said something
-    else or stops coming."""
+    """Yield the body of a request in parts.
+
+    It is refused if its declared size or its actual size exceeds `limit`, or if it stops arriving.
+    """
     length = request.headers.get("content-length", "0")
     if not (length.isascii() and length.isdigit()) or int(length[:20]) > limit:
         raise HTTPException(413, too_large)

@@ -1,5 +1,7 @@
-"""What the page shows while somebody corrects a photo: the outline of the fitted body, made anew
-about a second after each change."""
+"""Update the outline of the fitted body while a user corrects a photo.
+
+An update takes about a second after each change.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +24,11 @@ if TYPE_CHECKING:
     from a2v.types import FloatArray, Subject
 
 ROUNDS = 1
-"""Rounds with the silhouette of a quick fit, which starts where the last one ended."""
+"""Silhouette rounds of a quick fit, which starts from the previous fit."""
 SIDE = 384
-"""Longer side of the raster of an outline, pixels."""
+"""Longer side of the raster of an outline, in pixels."""
 _FINE = 0.6
-"""How far a polygon may be from the outline, pixels of the raster."""
+"""Largest distance between polygon and outline, in pixels of the raster."""
 
 
 @dataclass(eq=False)
@@ -36,9 +38,9 @@ class Bench:
     Attributes
     ----------
     base : Subject
-        As it is seen without corrected landmarks and limbs.
+        The subject without corrected landmarks and limbs.
     fit : FitResult
-        The last one.
+        The latest fit.
     """
 
     base: Subject
@@ -46,23 +48,25 @@ class Bench:
 
 
 _benches: dict[str, Bench] = {}
-"""The photo that this process has last fitted, by its folder and saved corrections."""
+"""The photo that this process fitted last, by its folder and saved corrections."""
 
 
 def saved(folder: Path) -> str | None:
-    """The file of a photo's corrections, if there is one."""
+    """Return the path of a photo's saved corrections, None if there are none."""
     path = folder / CORRECTIONS
     return str(path) if path.is_file() else None
 
 
 def outline(task: Mapping[str, Any]) -> dict[str, object]:
-    """The outline of the body by a task's "corrections"; the first one of a photo is its whole fit,
-    which a video then finds remembered.
+    """Return the outline of the body with the "corrections" of a task.
+
+    The first call for a photo runs the complete fit, which the store keeps for a later video.
+
 
     Returns
     -------
     dict
-        "outline": polygons, "landmarks": what is seen without the task's corrections, (u, v,
+        "outline": polygons, "landmarks": without the task's corrections, (u, v,
         confidence), all in fractions of the photo; "sides" of the limbs in the fit, "camera",
         "limb_errors" and "second_photo" of the residuals, "seconds".
     """
@@ -104,8 +108,8 @@ def outline(task: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _begin(folder: Path, path: str | None, cache: str | None) -> Bench:
-    """The whole fit with the saved corrections, and the subject without those that `outline`
-    applies itself."""
+    """Return the complete fit with the saved corrections, and the subject without the
+    corrections that `outline` applies."""
     from a2v.body import FitResult
     from a2v.types import Body, PhotoCamera, Subject
     from pipelines.engine.store import Store
@@ -125,7 +129,7 @@ def _begin(folder: Path, path: str | None, cache: str | None) -> Bench:
 
 
 def polygons(subject: Subject, fit: FitResult) -> list[list[list[float]]]:
-    """The outline of a fitted body as polygons in fractions of the photo."""
+    """Return the outline of a fitted body as polygons in fractions of the photo."""
     import cv2
 
     from a2v.body.silhouette import rasterize
@@ -142,7 +146,7 @@ def polygons(subject: Subject, fit: FitResult) -> list[list[list[float]]]:
 
 
 def _in_photo(subject: Subject, points: FloatArray) -> list[list[float]]:
-    """Pixels (n, 2) of a subject's image in fractions of the photo."""
+    """Convert pixels (n, 2) of a subject's image to fractions of the photo."""
     left, top, right, bottom = subject.crop
     height, width = subject.mask.shape
     scale = np.array([(right - left) / width, (bottom - top) / height])
@@ -151,7 +155,7 @@ def _in_photo(subject: Subject, points: FloatArray) -> list[list[float]]:
 
 
 def _sides(fit: FitResult) -> dict[str, str]:
-    """Where the far end of each limb's bone lies in a fit."""
+    """Return for each limb whether its far end lies in "front" or "back" of its near end."""
     import torch
 
     from a2v.body import load_body_model

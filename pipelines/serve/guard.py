@@ -1,5 +1,7 @@
-"""Who may ask: this machine, with the token in the address, from the page itself; anybody else
-learns nothing."""
+"""Access control: only this machine and this page, with the token in the address.
+
+All other requests are refused.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +19,13 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 HOSTS = ("127.0.0.1", "localhost", "[::1]")
-"""Names of this machine: a page elsewhere whose own name leads here (DNS rebinding) has another
-one."""
+"""Host names of this machine. A page elsewhere whose host name resolves to this machine (DNS
+rebinding) sends another one."""
 
 HEADERS = {
     "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; media-src 'self' blob:; connect-src 'self'; "
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+        "media-src 'self' blob:; connect-src 'self'; "
         "frame-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'self'"
     ),
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -32,21 +35,21 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
 }
-"""Of every answer, unless it has its own."""
+"""Default headers of every response."""
 
 
 class Guard:
-    """Lets requests through to `inner` whose path begins with the token, whose host is this machine
-    and whose origin is the page.
+    """Forwards to `inner` the requests whose path begins with the token, whose host is this
+    machine, and whose origin is the page.
 
-    The token's part of the path is taken off before `inner` sees it.
+    The token is removed from the path that `inner` receives.
     """
 
     def __init__(self, inner: Application, token: str) -> None:
         self._inner, self._token = inner, token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """An ASGI application."""
+        """Handle a request as an ASGI application."""
         if scope["type"] == "lifespan":
             await self._inner(scope, receive, send)
             return
@@ -83,13 +86,13 @@ class Guard:
                     receive,
                     answer,
                 )
-            except asyncio.CancelledError:  # the server ends, and what was asked for takes longer
+            except asyncio.CancelledError:  # the server stops before the answer is ready
                 if not begun:
                     await _refuse(send, 503, "the page ends; start it again")
 
 
 def _foreign(headers: dict[str, str]) -> str:
-    """What is wrong with where a request comes from; empty if nothing is."""
+    """Return the problem with the source of a request, or an empty text."""
     host = headers.get("host", "")
     if re.sub(r":\d{1,5}$", "", host) not in HOSTS:
         return "this server answers to 127.0.0.1 and localhost alone"

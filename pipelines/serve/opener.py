@@ -1,5 +1,4 @@
-"""The child process that opens the photos of strangers: it loads little, and has no more memory
-than it needs."""
+"""The child process that decodes untrusted photos, with few imports and limited memory."""
 
 from __future__ import annotations
 
@@ -14,20 +13,19 @@ from a2v.system import bound_memory
 from pipelines.serve.talk import Tell, answer
 
 SHOWN_SIDE = 1280
-"""Longest side of the photo that the page shows, pixels."""
+"""Longest side of the photo that the page shows, in pixels."""
 OPENER_BYTES = 3 << 30
-"""Address space of the process that opens photos: one of 60 megapixels takes 1.4 GB, and libraries
-reserve more than they use."""
+"""Address space of the process that opens photos, in bytes. A photo of 60 megapixels takes 1.4 GB,
+and libraries reserve more than they use."""
 
 
 def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
-    """Decode the photo "file" that came in and write what the page shows of it to "shown".
+    """Decode the uploaded photo "file" and write the version for the page to "shown".
 
     Returns
     -------
     dict
-        "width" and "height" of the shown photo, "digest" of the value that the store will have of
-        the photo.
+        "width" and "height" of the shown photo, "digest" of the photo in the store.
     """
     from PIL import Image
 
@@ -49,17 +47,17 @@ def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
 
 
 def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
-    """Read the head and the first frame of the video "file" that came in.
+    """Read the header and the first frame of the uploaded video "file".
 
     Returns
     -------
     dict
-        "seconds" by the file, 0 if it does not say, and "digest" by which the store names it.
+        "seconds" from the header, 0 if missing, and "digest" of the file in the store.
 
     Raises
     ------
     InputError
-        It is no video that can be read, or too large, too small or too long.
+        The video cannot be read, or is too large, too small or too long.
     """
     from a2v.footage.reading import open_reel
     from a2v.footage.settings import LONGEST
@@ -69,7 +67,7 @@ def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     try:
         with open_reel(task["file"]) as reel:
             seconds = reel.seconds
-    except InputError as error:  # the decoder's own words name our file
+    except InputError as error:  # the decoder's message contains the internal file name
         said = re.sub(r" \(\[Errno.*?\)", "", str(error))
         raise InputError(said.replace(str(task["file"]), "this file")) from None
     if seconds > LONGEST:
@@ -80,8 +78,7 @@ def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
 
 
 def _bound_memory() -> None:
-    """Let this process have so much and no more: what a photo of strangers may need to be
-    decoded."""
+    """Limit the memory of this process to what decoding an uploaded photo may need."""
     bound_memory(OPENER_BYTES)
 
 

@@ -1,5 +1,4 @@
-"""What is still to be forgotten: kept in a file, so that a server that ends in between forgets it
-after its next start."""
+"""Pending removals from the store, kept in a file so that a restarted server completes them."""
 
 from __future__ import annotations
 
@@ -20,21 +19,22 @@ class Owed:
 
     Parameters
     ----------
-    path : the file; it is there as long as something is owed
+    path : the file, which exists while removals are pending
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def add(self, digest: str) -> None:
-        """Note a photo before anything of it goes. On a full disk nothing is noted: what is
-        forgotten at once is forgotten all the same."""
+        """Note a photo before its removal.
+
+        On a full disk nothing is noted, but an immediate removal still takes place.
+        """
         with contextlib.suppress(OSError), self._path.open("a", encoding="ascii") as stream:
             stream.write(f"{digest}\n")
 
     def due(self, seconds: float) -> set[str] | None:
-        """The digests, if none was added for so long (or the clock was set back); None if nothing
-        is due."""
+        """Return the digests if none was added for `seconds` (or the clock went back)."""
         with contextlib.suppress(OSError, A2VError):
             if not 0 <= time.time() - self._path.stat().st_mtime <= seconds:
                 return set(
@@ -47,7 +47,7 @@ class Owed:
         return None
 
     def paid(self, digests: set[str]) -> None:
-        """These are forgotten; what was added meanwhile stays."""
+        """Delete the file if all its digests are in `digests`; digests added meanwhile stay."""
         with contextlib.suppress(OSError, A2VError):
             if (
                 set(

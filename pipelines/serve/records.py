@@ -1,10 +1,10 @@
-"""What the page remembers: a folder a photo and a folder a job, each with its record as JSON,
-written when something has changed.
+"""Records of the page: one folder per photo and one per job, each with a JSON record.
 
-All names in the folder are ours: identities are 16 hex digits, and what a browser says is only ever
-looked up, never joined to a path. A photo arrives in ``incoming/`` and is moved to its place whole;
-what is removed is moved to ``removed/`` first, so that nothing of it is listed from then on; both
-are emptied at the next start. What cannot be read is counted, and stays until somebody removes it.
+A record is written after each change. The server chooses all names in the folder: identities are 16
+hex digits, and text from a browser is only looked up, never joined to a path. A photo arrives in
+``incoming/`` and is then moved to its place. A removed folder is first moved to ``removed/``, so
+that it is no longer listed. Both are emptied at the next start. Records that cannot be read are
+counted, and stay until the user removes them.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from pipelines.serve.edge import clean
 from pipelines.serve.wishes import Wish
 
 MAX_PHOTOS = 200
-"""Photos that are kept."""
+"""Largest number of photos that are kept."""
 MAX_WAITING = 50
-"""Jobs that may wait."""
+"""Largest number of jobs that wait or run."""
 MAX_JOBS = 1000
-"""Jobs that are kept."""
+"""Largest number of jobs that are kept."""
 MAX_TITLE = 80
 MAX_ROW = 4
-"""Numbers of a row of numbers in a record."""
+"""Largest length of a row of numbers in a record."""
 SHOWN = "photo.jpg"
-"""What the page shows of a photo."""
+"""File name of the photo that the page shows."""
 MASK = "mask.png"
-"""What it shows of the person's outline."""
+"""File name of the overlay that darkens the photo outside the person."""
 _MAX_RECORD_BYTES = 1 << 20
 _ID = re.compile("[0-9a-f]{16}")
 
@@ -48,7 +48,7 @@ Kept = TypeVar("Kept", "Photo", "Job")
 
 @dataclass
 class Photo:
-    """A photo that was taken in.
+    """An uploaded photo.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Photo:
     width: int = 0
     height: int = 0
     landmarks: list[list[float]] = field(default_factory=list)
-    known: bool = False  # whether its character was made here before
+    known: bool = False  # whether its character is cached
     digest: str = ""
     people: list[list[float]] = field(default_factory=list)
     corrected: bool = False
@@ -91,12 +91,12 @@ class Photo:
 
 @dataclass
 class Job:
-    """A video that was asked for.
+    """A requested video.
 
     Attributes
     ----------
     status : "waiting", "running", "done", "failed" or "cancelled"
-    files : names and bytes of what may be downloaded
+    files : names and sizes in bytes of the files for download
     views : names of the single views' videos, without suffix
     """
 
@@ -115,7 +115,7 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Whether nothing is left to do."""
+        """Whether the job has ended."""
         return self.status in ("done", "failed", "cancelled")
 
 
@@ -138,21 +138,30 @@ def _sizes(value: object) -> bool:
 
 
 _CHECKS: Mapping[str, Any] = {
-    "str": lambda value: isinstance(value, str), "float": _number, "bool": lambda value: isinstance(value, bool),
-    "int": lambda value: isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31,
-    "list[str]": _texts, "list[list[float]]": _rows, "dict[str, int]": _sizes, "Wish": lambda value: isinstance(value, Wish),
-}  # fmt: skip
-"""Whether a value is of the type that a field of a record is annotated with."""
+    "str": lambda value: isinstance(value, str),
+    "float": _number,
+    "bool": lambda value: isinstance(value, bool),
+    "int": lambda value: (
+        isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31
+    ),
+    "list[str]": _texts,
+    "list[list[float]]": _rows,
+    "dict[str, int]": _sizes,
+    "Wish": lambda value: isinstance(value, Wish),
+}
+"""Check of a value against the type annotation of a record's field, by annotation."""
 
 
 def read_record(kind: type[Kept], folder: Path) -> Kept:
-    """The record in a folder, every field checked, so that one that is in memory can always be
-    told.
+    """Read the record in a folder and check every field.
+
+    A record in memory can therefore always be sent to the page.
+
 
     Raises
     ------
     InputError
-        It is no record of this kind.
+        The file is not a valid record of this kind.
     """
     facts = clean(
         parse_json(
@@ -176,14 +185,14 @@ def read_record(kind: type[Kept], folder: Path) -> Kept:
 
 
 class Library:
-    """The photos and jobs of a folder, in memory and on disk. One process writes them.
+    """The photos and jobs of a folder, in memory and on disk, written by one process.
 
     Attributes
     ----------
     damaged : list of Path
         Folders of photos and jobs whose record cannot be read.
     problem : str
-        Why the last record could not be written; empty as soon as all are.
+        Reason why the last record could not be written; empty once all are written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -209,11 +218,11 @@ class Library:
         return sorted(found, key=lambda item: item.created)
 
     def place(self, item: Photo | Job) -> Path:
-        """Its folder."""
+        """Return the folder of a photo or job."""
         return self.folder / item.FOLDER / item.id
 
     def write(self, item: Photo | Job, folder: Path | None = None) -> None:
-        """Write the record, into another folder than its own if one is named.
+        """Write the record of a photo or job, into `folder` if given, else into its own folder.
 
         Raises
         ------
@@ -226,14 +235,13 @@ class Library:
             )
 
     def keep(self, item: Photo | Job) -> None:
-        """Write the record, now or, where the disk is full, when `settle` is called and there is
-        space again."""
+        """Write the record now, or on a full disk when `settle` is called and there is space."""
         if item.id in (self.photos if isinstance(item, Photo) else self.jobs):
             self._unwritten[item.id] = item
             self.settle()
 
     def settle(self) -> None:
-        """Write what could not be written before."""
+        """Write the records that could not be written earlier."""
         for item in list(self._unwritten.values()):
             try:
                 self.write(item)
@@ -244,7 +252,7 @@ class Library:
         self.problem = ""
 
     def arriving(self) -> Path:
-        """A new folder for a photo that is being sent; its name becomes the photo's.
+        """Make a folder for an upload; its name becomes the identity of the photo.
 
         Raises
         ------
@@ -263,7 +271,7 @@ class Library:
         return folder
 
     def add_photo(self, folder: Path, title: str, facts: Mapping[str, Any]) -> Photo:
-        """Move a photo that has arrived in `folder` to its place.
+        """Move an uploaded photo from `folder` to its place.
 
         Parameters
         ----------
@@ -272,7 +280,7 @@ class Library:
         Raises
         ------
         InputError
-            There are too many, or the disk is full.
+            There are too many photos, or the disk is full.
         """
         if len(self.photos) >= MAX_PHOTOS:
             raise InputError(f"{MAX_PHOTOS} photos are kept here already; remove some first")
@@ -296,7 +304,7 @@ class Library:
         Raises
         ------
         InputError
-            The photo cannot be used, the queue is full, or the disk is.
+            The photo cannot be used, or the queue or the disk is full.
         """
         if photo.id not in self.photos:
             raise InputError("this photo was removed; choose another")
@@ -318,12 +326,11 @@ class Library:
         return job
 
     def jobs_of(self, photo: Photo) -> Iterator[Job]:
-        """The jobs of a photo."""
+        """Iterate over the jobs of a photo."""
         return (job for job in list(self.jobs.values()) if job.photo == photo.id)
 
     def remove(self, item: Photo | Job) -> list[Path]:
-        """Take it, and a photo's jobs with it, from what is listed; the folders that are left to be
-        deleted."""
+        """Remove a photo with its jobs, or a job, from the lists; return the folders to delete."""
         left = (
             [path for job in self.jobs_of(item) for path in self.remove(job)]
             if isinstance(item, Photo)
@@ -334,12 +341,12 @@ class Library:
         return [*left, self._aside(self.place(item))]
 
     def remove_damaged(self) -> list[Path]:
-        """The same for all that cannot be read."""
+        """Remove all records that cannot be read; return the folders to delete."""
         damaged, self.damaged = self.damaged, []
         return [self._aside(folder) for folder in damaged]
 
     def _aside(self, folder: Path) -> Path:
-        """A folder's new place, out of the way; its old one where it cannot be moved."""
+        """Move a folder to ``removed/`` and return its path; on failure return the old path."""
         target = self.folder / "removed" / secrets.token_hex(8)
         with contextlib.suppress(OSError):
             target.parent.mkdir(parents=True, exist_ok=True)

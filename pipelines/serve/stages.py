@@ -1,5 +1,4 @@
-"""Pictures of a person who is being made, one a stage, for the page to show while the next stage
-runs."""
+"""Draw one image per stage of a job, which the page shows while the next stage runs."""
 
 from __future__ import annotations
 
@@ -13,18 +12,18 @@ from a2v.types import Body, ByteArray, PhotoCamera, Reconstruction, Subject, Sur
 from pipelines.engine.run import Early, Outcome
 
 SIDE = 420
-"""Height of a picture, pixels."""
+"""Height of an image, in pixels."""
 ANGLES = (-25.0, 155.0)
-"""Where a surface is looked at from, degrees: half from before and half from behind."""
-_GROUND = (255, 0, 255)  # where nothing is: no color of clay
+"""Azimuths of the two views of a surface, in degrees: from the front and from behind."""
+_GROUND = (255, 0, 255)  # background: not a color of clay
 _CLAY = 0.8
 
 
 def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
-    """What writes a stage's picture into `folder` as soon as there is something to see; `tell`
-    hears the stage's name.
+    """Return callbacks that write the image of each finished stage into `folder`.
 
-    A stage that is remembered is drawn neither: it is over before anybody could look.
+    `tell` is called with the name of the stage. Cached stages are not drawn, since they take no
+    time.
     """
 
     def stage(name: str, node: str) -> Callable[[Outcome], None]:
@@ -47,7 +46,7 @@ def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
 
 
 def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteArray:
-    """The fitted body as clay over the crop of the photo, (H, W, 3)."""
+    """Draw the fitted body in clay over the crop of the photo, (H, W, 3) uint8."""
     import cv2
 
     from a2v.rendering.preview import PreviewStyle, preview_surface
@@ -76,7 +75,7 @@ def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteAr
 
 
 def turned(surface: Surface, *, plain: bool) -> ByteArray:
-    """A surface from before and from behind, side by side, (H, W, 3)."""
+    """Draw a surface from the front and from behind, side by side, (H, W, 3) uint8."""
     from a2v.rendering.preview import PreviewStyle, preview_surface
 
     views = [
@@ -92,7 +91,7 @@ STAGES: Mapping[str, str] = {
     "surface": "stage_surface.jpg",
     "textured": "stage_textured.jpg",
 }
-"""Stages by the names of their pictures."""
+"""File names of the stages' images, by stage."""
 _DRAWN: Mapping[str, Callable[[Outcome], ByteArray]] = {
     "body": lambda seen: body_over_photo(
         seen.get("subject", Subject),

@@ -1,5 +1,8 @@
-"""How the page and its child processes talk: a task a line in, as JSON; lines out are
-``{"progress": ...}`` and, last, ``{"done": ...}`` or ``{"problem": ...}``."""
+"""The protocol between the page and its child processes: one JSON object per line.
+
+Each input line is a task. Output lines are ``{"progress": ...}`` and, last, ``{"done": ...}`` or
+``{"problem": ...}``.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +21,23 @@ from a2v.errors import A2VError
 from a2v.io import printable
 
 ORIGINAL = "original"
-"""A photo as it came, in the folder of a photo."""
+"""File name of the uploaded photo, in the folder of a photo."""
 
 CORRECTIONS = "me.yaml"
-"""What the user has corrected of it, beside it."""
+"""File name of the user's corrections, in the same folder."""
 
 CLIP = "clip"
-"""A video whose motion the person takes over, beside it; its suffix follows."""
+"""File name, without suffix, of the video whose motion the person copies, in the same folder."""
 
 Tell = Callable[[Mapping[str, object]], None]
 Work = Callable[[Mapping[str, Any], Tell], "dict[str, object] | None"]
-"""Does a task; what it returns is its answer, and None where nobody waits for one."""
+"""Runs a task and returns its answer, None for a task without an answer."""
 
 
 def answer(work: Work) -> None:
-    """Do tasks from standard input until it ends; whatever goes wrong with one is its answer."""
+    """Run tasks from standard input until it ends; an error becomes the answer of its task."""
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what libraries print is no answer
+    os.dup2(2, 1)  # output of libraries must not mix with answers
     lock = threading.Lock()
 
     def tell(message: Mapping[str, object]) -> None:
@@ -68,7 +71,7 @@ def answer(work: Work) -> None:
 
 
 def _without(text: str, paths: tuple[str, ...]) -> str:
-    """A sentence for the page: our own names of files are of no use to whoever reads it."""
+    """Return a message for the page without internal file names."""
     for path in paths:
         if path:
             text = text.replace(f"{path}: ", "").replace(path, "the photo")
@@ -76,8 +79,10 @@ def _without(text: str, paths: tuple[str, ...]) -> str:
 
 
 def _lines(stream: IO[str]) -> Iterator[str]:
-    """The lines of standard input, read by a thread that ends the process where the parent is gone,
-    in the middle of a task too."""
+    """Yield the lines of standard input.
+
+    A thread reads them and ends the process when the parent is gone, also within a task.
+    """
     waiting: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def read() -> None:

@@ -1,8 +1,7 @@
-"""Threads for what would keep the page from answering; the end of the server does not wait for
-them.
+"""Threads for blocking functions; the server does not wait for them when it stops.
 
-`asyncio.to_thread` would: a thread that loads a model on a busy machine keeps the process for as
-long as that takes.
+`asyncio.to_thread` would wait: a thread that loads a model on a busy machine would delay the end of
+the process.
 """
 
 from __future__ import annotations
@@ -18,28 +17,28 @@ T = TypeVar("T")
 
 
 class Threads:
-    """Runs functions elsewhere; what they do has to survive that the process ends in the middle.
+    """Runs functions in threads; they must tolerate the end of the process at any time.
 
     Parameters
     ----------
-    most : functions that run at once; others wait
+    most : largest number of functions that run at the same time; others wait
     """
 
     def __init__(self, most: int) -> None:
         self._free = asyncio.Semaphore(most)
 
     async def do(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
-        """What the function returns or raises."""
+        """Run a function in a thread, and return or raise its result."""
         async with self._free:
             loop = asyncio.get_running_loop()
             answer: asyncio.Future[T] = loop.create_future()
 
             def settle(put: Callable[[], None]) -> None:
-                if not answer.done():  # nobody waits any more
+                if not answer.done():  # the caller was cancelled
                     put()
 
             def tell(put: Callable[[], None]) -> None:
-                with contextlib.suppress(RuntimeError):  # the server has ended
+                with contextlib.suppress(RuntimeError):  # the server has stopped
                     loop.call_soon_threadsafe(settle, put)
 
             def work() -> None:

@@ -1,8 +1,7 @@
-"""Connections: whoever does not say what they want is hung up on, and whoever has no token cannot
-crowd out those who have.
+"""Connection limits: close idle connections, and keep those without the token from blocking others.
 
-All browsers of this machine have one address, so connections are told apart by the token in what
-they ask for: until a connection has shown it, it is a stranger's.
+All browsers of this machine share one address, so the token in a request identifies a trusted
+connection. Until then, the connection counts as a stranger.
 """
 
 from __future__ import annotations
@@ -13,22 +12,23 @@ from typing import Any
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEADER_SECONDS = 10.0
-"""From the connection, or the end of the last answer, to the end of a request's headers."""
+"""Largest time in seconds from the connection, or the end of the last response, to the end of the
+next request's headers."""
 MAX_STRANGERS = 64
-"""Connections without a token; one more, and the one that is silent the longest is closed. Browsers
-open a few ahead of need."""
+"""Largest number of connections without a token; beyond it, the oldest is closed. Browsers open
+a few in advance."""
 MAX_CONNECTIONS = 400
-"""Of all together: fifty browsers with six each, and strangers; the usual limit of open files is
-1,024."""
+"""Largest number of connections: fifty browsers with six each, and strangers. The usual limit of
+open files is 1,024."""
 
 
 def protocol(token: str) -> type[H11Protocol]:
-    """uvicorn's protocol for HTTP/1.1 with these limits, of one server."""
+    """Return uvicorn's HTTP/1.1 protocol with these limits, for one server."""
     path = f"/{token}/"
-    strangers: dict[H11Protocol, None] = {}  # in the order in which they came
+    strangers: dict[H11Protocol, None] = {}  # in order of arrival
 
     class Patient(H11Protocol):
-        """A connection that is not waited for without end."""
+        """A connection with a deadline for each request."""
 
         _deadline: asyncio.TimerHandle | None = None
 

@@ -1,4 +1,4 @@
-"""What a browser may ask for, checked; and the request of a video that it stands for."""
+"""Check the video settings that a browser sends, and convert them to a video request."""
 
 from __future__ import annotations
 
@@ -29,34 +29,57 @@ SECONDS = (0.1, 60.0)
 RATES = (5.0, 60.0)
 MAX_ACTION = 300
 MAX_PATH = 40
-"""Points of a path."""
+"""Largest number of points of a path."""
 _PATH = re.compile(
-    r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( -?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
+    r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( "
+    r"-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}",
     re.ASCII,
 )
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
-"""Shapes of a view that the page offers."""
+"""Aspect ratios of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
-"""What the page offers: all that there is, and each source alone."""
+"""Motion models that the page offers: all sources together, and each source alone."""
 FIRST = (
-    "Walk", "Salsa", "Wave", "Run", "Jump", "Kick", "Bow", "Sit", "Dance", "Disco dance", "Clap", "Idle", "Talk", "Jab", "Backflip", "Victory",
-    "Sneak", "Zombie walk", "Jumping jacks", "Ballet", "Point", "Cheer", "Laugh", "YMCA",
-)  # fmt: skip
-"""Actions that the gallery shows before the others."""
+    "Walk",
+    "Salsa",
+    "Wave",
+    "Run",
+    "Jump",
+    "Kick",
+    "Bow",
+    "Sit",
+    "Dance",
+    "Disco dance",
+    "Clap",
+    "Idle",
+    "Talk",
+    "Jab",
+    "Backflip",
+    "Victory",
+    "Sneak",
+    "Zombie walk",
+    "Jumping jacks",
+    "Ballet",
+    "Point",
+    "Cheer",
+    "Laugh",
+    "YMCA",
+)
+"""Actions that the gallery shows first."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wish:
-    """A video as the page asks for it; nothing in it names a file.
+    """The settings of a requested video; none of them names a file.
 
     Attributes
     ----------
     action : str
-        Names or words; commas and "then" between parts.
+        Names or free text; parts are separated by commas or "then".
     seconds : float
         Length of the motion.
     fps : float
-        Frames a second of the video.
+        Frames per second of the video.
     background : "stage", "transparent", "photo" or "#rrggbb"
     look : str
         One of `LOOKS`.
@@ -64,9 +87,9 @@ class Wish:
         One of `ASPECTS`.
     camera : "follow" or "still"
     path : str
-        Points ``x,z x,z ...`` on the ground to go along, meters; empty for none.
+        Points ``x,z x,z ...`` of a path on the ground, in meters; empty for none.
     clip : bool
-        The motion is that of the video that was sent for the person; `action` is only its name.
+        Whether the motion comes from the video uploaded for the person; `action` is then its title.
     """
 
     action: str
@@ -91,7 +114,8 @@ class Wish:
             or len(self.action) > MAX_ACTION
         ):
             raise InputError(
-                f"no action is given that can be read; expected names or words, at most {MAX_ACTION} letters"
+                f"no action is given that can be read; expected names or words, at most "
+                f"{MAX_ACTION} letters"
             )
         if self.model not in MODELS:
             raise InputError(
@@ -116,7 +140,8 @@ class Wish:
             r"stage|transparent|photo|#[0-9a-f]{6}", self.background
         ):
             raise InputError(
-                f"background is {brief(self.background)}; expected stage, transparent, photo or a color such as #30506f"
+                f"background is {brief(self.background)}; expected stage, transparent, photo or "
+                f"a color such as #30506f"
             )
         if not isinstance(self.clip, bool):
             raise InputError(f"clip is {brief(self.clip)}; expected true or false")
@@ -126,7 +151,8 @@ class Wish:
             )
         if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
             raise InputError(
-                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in meters, each at most 99.99"
+                f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in "
+                f"meters, each at most 99.99"
             )
         for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
             if getattr(self, name) not in known:
@@ -136,7 +162,7 @@ class Wish:
 
     @classmethod
     def of(cls, said: object) -> Wish:
-        """A wish out of JSON.
+        """Make the settings from JSON.
 
         Raises
         ------
@@ -163,12 +189,12 @@ class Wish:
         return cls(**values)
 
     def said(self) -> dict[str, Any]:
-        """As JSON, from which `of` makes it."""
+        """Return the settings as JSON, the input of `of`."""
         return dataclasses.asdict(self)
 
     @property
     def frames(self) -> int:
-        """Frames of the video."""
+        """Number of frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
 
     def request(
@@ -178,8 +204,11 @@ class Wish:
         more: Sequence[str] = (),
         clip: str | None = None,
     ) -> VideoRequest:
-        """The video that it stands for, of a photo's file, those of its corrections and of further
-        photos of the person, and of the video with the motion."""
+        """Return the video request for a photo.
+
+        The arguments are paths: the photo, its corrections, further photos of the person, and the
+        video with the motion.
+        """
         said = self.said() | {"path": self.path or None}
         if said.pop("clip"):
             said = {**said, "motion": clip, "model": AUTO, "seed": 0}
@@ -188,12 +217,12 @@ class Wish:
         )
 
     def check_path(self) -> None:
-        """Refuse a path where the action cannot be directed, before it waits in the queue.
+        """Refuse a path that the action cannot follow, before the video is queued.
 
         Raises
         ------
         InputError
-            It cannot.
+            The action cannot follow the path.
         """
         if self.path:
             self.request("photo").motion.resolve()
@@ -201,38 +230,39 @@ class Wish:
 
 def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:
     good = isinstance(value, (int, float) if kind is float else int) and not isinstance(value, bool)
-    if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # a number, as was just found
+    if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # numbers
         raise InputError(
-            f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from {limits[0]} to {limits[1]}"
+            f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from "
+            f"{limits[0]} to {limits[1]}"
         )
 
 
 @functools.cache
 def actions_of(name: str) -> tuple[str, ...]:
-    """What one of `MODELS` can be asked for."""
+    """Return the actions of one of `MODELS`."""
     sources = SOURCES if name == AUTO else (name,)
     return tuple(entry.name for entry in catalog("any", sources).entries)
 
 
 def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
-    """What a model takes the words for.
+    """Match a text to actions of a model.
 
     Raises
     ------
     InputError
-        A part means no action; the message names the nearest.
+        A part matches no action; the message names the nearest.
     """
     plan = plan_motion(text[:MAX_ACTION], model=model)
     return list(plan.steps), list(plan.matches)
 
 
 def _turn(name: str) -> int:
-    """Place of an action in the gallery: first what people ask for first."""
+    """Return the place of an action in the gallery; the most common actions come first."""
     return FIRST.index(name) if name in FIRST else len(FIRST)
 
 
 def choices() -> dict[str, Any]:
-    """What the page offers: models with their actions, views, and the limits of numbers."""
+    """Return the choices of the page: models with their actions, views, and limits of numbers."""
     models = [{"name": name, "actions": sorted(actions_of(name), key=_turn)} for name in MODELS]
     limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
     return {"models": models, "views": ALL_VIEWS, "limits": limits}

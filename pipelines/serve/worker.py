@@ -1,5 +1,7 @@
-"""The child processes that find people and make videos, by the commands' own functions; what is
-loaded for one task serves the next."""
+"""The child processes that find people and make videos, with the functions of the commands.
+
+Models loaded for one task are reused for the next.
+"""
 
 from __future__ import annotations
 
@@ -31,27 +33,26 @@ if TYPE_CHECKING:
     from pipelines.engine.run import Early, Outcome
 
 TURN = "turn.html"
-"""The character alone, turnable; for the page, not for download."""
+"""File name of the page with the rotatable character, shown but not offered for download."""
 
 Make = Callable[[VideoRequest, str, RunOptions], object]
-"""``a2v video``: what is asked for, folder, and how to run."""
+"""``a2v video``: the request, the folder, and how to run."""
 
 
 Write = Callable[[VideoRequest, str, Path, str, RunOptions], Sequence[Path]]
-"""``a2v character``: what is asked for, the clip's name, the file, the rig, and how to run; the
-files that it has written."""
+"""``a2v character``: the request, the clip's name, the file, the rig, and how to run; returns the
+written files."""
 
 
 class WarmPool(Executor):
-    """Local workers that stay for the next video; one that died takes its pool along, and the next
-    call starts another."""
+    """Local workers that stay for the next video. If one dies, the next call starts a new pool."""
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._pool = LocalExecutor(workers)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand the call to a worker."""
+        """Submit the call to a worker."""
         try:
             return self._pool.submit(function, *args, **kwargs)
         except BrokenProcessPool:
@@ -59,13 +60,13 @@ class WarmPool(Executor):
             return self._pool.submit(function, *args, **kwargs)
 
     def warm(self) -> None:
-        """Start all workers and load what they will need."""
+        """Start all workers and load their modules."""
         for _ in range(self._workers):
             self.submit(load_renderer)
 
 
 def load_renderer() -> None:
-    """Load what the nodes of frames import."""
+    """Load the modules that nodes of frames import."""
     import a2v.animation.arap  # noqa: F401
     from a2v.rendering import choose_variant
 
@@ -74,8 +75,7 @@ def load_renderer() -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Watched(RunOptions):
-    """How the page runs a graph: with its own workers, its progress told; the outcome is kept for a
-    last look."""
+    """Options of the page for running a graph: own workers, progress reports, kept outcomes."""
 
     pool: Executor | None = None
     listener: Listener | None = None
@@ -92,21 +92,28 @@ class Watched(RunOptions):
         overrides: Mapping[str, Any] | None = None,
         early: Early | None = None,
     ) -> Outcome:
-        """As `RunOptions.run`, without bars; the page's own early outputs come first."""
+        """Run as `RunOptions.run` without progress bars; the page's early outputs come first."""
         from pipelines.engine.store import Store
         from pipelines.run import run
 
         given: dict[str, Any] = dict(parameters)
         outcome = run(
-            targets, graph=graph, executor=self.pool or "serial", store=Store(self.cache), start=start, overrides=overrides,
-            progress=self.listener, early=_together(self.early, early or {}), **given,
-        )  # fmt: skip
+            targets,
+            graph=graph,
+            executor=self.pool or "serial",
+            store=Store(self.cache),
+            start=start,
+            overrides=overrides,
+            progress=self.listener,
+            early=_together(self.early, early or {}),
+            **given,
+        )
         self.outcomes.append(outcome)
         return outcome
 
 
 def _together(first: Early, then: Early) -> Early:
-    """Both early outputs, in the order of the first; what both name is told to both."""
+    """Merge two sets of early outputs; where both name a node, both are called, `first` first."""
 
     def both(name: str) -> Callable[[Outcome], None]:
         def tell(outcome: Outcome) -> None:
@@ -123,7 +130,7 @@ def _together(first: Early, then: Early) -> Early:
 
 
 def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
-    """Find the person in a photo; write what the page shows of it.
+    """Find the person in a photo and write the mask that the page shows.
 
     Returns
     -------
@@ -165,18 +172,22 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
 
 
 def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
-    """u, v in pixels of the shown photo and confidence."""
+    """Return landmarks as u, v in pixels of the shown photo, and confidence."""
     left, top, right, bottom = subject.crop
     scale = size[0] / subject.photo_size[0]
     height, width = subject.mask.shape
     return [
-        [round(float((left + u * (right - left) / width) * scale), 1), round(float((top + v * (bottom - top) / height) * scale), 1), round(float(c), 3)]
+        [
+            round(float((left + u * (right - left) / width) * scale), 1),
+            round(float((top + v * (bottom - top) / height) * scale), 1),
+            round(float(c), 3),
+        ]
         for u, v, c in subject.keypoints
-    ]  # fmt: skip
+    ]
 
 
 def _shade(subject: Subject, size: tuple[int, int]) -> np.ndarray:
-    """Darkness to lay over the shown photo where the person is not, (H, W, 4) uint8."""
+    """Return an overlay that darkens the shown photo outside the person, (H, W, 4) uint8."""
     import cv2
     import numpy as np
 
@@ -192,20 +203,24 @@ def _shade(subject: Subject, size: tuple[int, int]) -> np.ndarray:
 
 
 def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> dict[str, object]:
-    """Make a video by the same command as in a terminal.
+    """Make a video with the function of ``a2v video``.
 
     Returns
     -------
     dict
-        "files" with their bytes, "notes", "times" of nodes for the next estimates.
+        "files" with their sizes in bytes, "notes", "times" of nodes for the next estimates.
     """
     from a2v.rendering import write_page
     from pipelines.nodes.values import Blob
 
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
     clock = Clock(
-        frames=wish.frames, pictures=wish.frames * len(wish.views), samples=wish.size**2 * wish.spp, known=task["known"], measured=task["times"],
-    )  # fmt: skip
+        frames=wish.frames,
+        pictures=wish.frames * len(wish.views),
+        samples=wish.size**2 * wish.spp,
+        known=task["known"],
+        measured=task["times"],
+    )
     shown, last = list[str](), dict[str, object]()
 
     def hear(update: Update) -> None:
@@ -238,9 +253,15 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
     }
     hidden = ("job.json", TURN, *STAGES.values())
     return {
-        "files": {name: size for name, size in files.items() if name not in hidden and not Path(name).name.startswith(".")},
-        "notes": list(outcome.notes), "times": clock.measured(spent), "known": set(STILL) <= set(outcome.nodes),
-    }  # fmt: skip
+        "files": {
+            name: size
+            for name, size in files.items()
+            if name not in hidden and not Path(name).name.startswith(".")
+        },
+        "notes": list(outcome.notes),
+        "times": clock.measured(spent),
+        "known": set(STILL) <= set(outcome.nodes),
+    }
 
 
 # --- the process
@@ -252,7 +273,7 @@ def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
     Returns
     -------
     dict
-        "files" with their bytes.
+        "files" with their sizes in bytes.
     """
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
     request = wish.request(task["photo"], task["corrections"], task["more"], task["clip"])
@@ -265,8 +286,10 @@ def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
 
 
 def main(make: Make, write: Write) -> None:
-    """Serve tasks from standard input until it ends; videos are made by `make`, files for other
-    tools by `write`."""
+    """Run tasks from standard input until it ends.
+
+    `make` makes videos, `write` exports characters for other tools.
+    """
     pools: list[WarmPool] = []
     answer(lambda task, tell: serve(task, tell, pools, make, write))
 
@@ -274,7 +297,7 @@ def main(make: Make, write: Write) -> None:
 def serve(
     task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make, write: Write
 ) -> dict[str, object] | None:
-    """Do a task; None where nobody waits for an answer."""
+    """Run a task and return its answer, None for a task without an answer."""
     if task["task"] == "look":
         return look(task, tell)
     if task["task"] == "outline":

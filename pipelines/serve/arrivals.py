@@ -1,0 +1,140 @@
+"""Take in photos, further photos of a person, and videos with a motion.
+
+A child process opens each file, then the file is moved to its record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterable
+from pathlib import Path
+
+from a2v.errors import InputError
+from pipelines.engine.forget import Forgotten
+from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
+from pipelines.serve.child import Child
+from pipelines.serve.records import SHOWN, Library, Photo
+from pipelines.serve.talk import CLIP, ORIGINAL
+
+OPEN_SECONDS = 60.0
+"""Time limit in seconds for opening an upload."""
+
+
+class Arrivals:
+    """Takes in the files of a person, and removes further photos and videos again.
+
+    Parameters
+    ----------
+    opener : child process that decodes files
+    forget : removes from the store all values made of files with the given digests
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        opener: Child,
+        *,
+        forget: Callable[[Iterable[str]], Awaitable[Forgotten]],
+    ) -> None:
+        self.library, self._opener, self._forget = library, opener, forget
+
+    async def open_photo(self, folder: Path, title: str) -> Photo:
+        """Add the uploaded photo in `folder`.
+
+        Raises
+        ------
+        InputError
+            The file is not a photo or is too large, or there are too many photos.
+        """
+        task = {
+            "task": "open",
+            "folder": str(folder),
+            "file": str(folder / ORIGINAL),
+            "shown": str(folder / SHOWN),
+        }
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        return self.library.add_photo(folder, title, answer["done"])
+
+    async def add_more(self, photo: Photo, folder: Path) -> None:
+        """Add the uploaded photo in `folder` as a further photo of the person in `photo`.
+
+        Raises
+        ------
+        InputError
+            The file is not a photo, the person has it already, or there are too many.
+        """
+        if "," in str(self.library.folder):
+            raise InputError(
+                "the page's folder has a comma in its name, which stands between further photos; "
+                "start a2v serve with another --folder"
+            )
+        name = f"more-{len(photo.more) + 1}"
+        task = {
+            "task": "open",
+            "folder": str(folder),
+            "file": str(folder / ORIGINAL),
+            "shown": str(folder / SHOWN),
+        }
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        digest = answer["done"]["digest"]
+        if digest in (photo.digest, *photo.more):
+            raise InputError("this photo is here already; take one from another side")
+        if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
+            raise InputError(f"at most {MAX_PHOTOS} photos of one person are taken")
+        (folder / ORIGINAL).rename(self.library.place(photo) / name)
+        (folder / SHOWN).rename(self.library.place(photo) / f"{name}.jpg")
+        photo.more, photo.known = [*photo.more, digest], False
+        self.library.keep(photo)
+
+    async def remove_more(self, photo: Photo) -> None:
+        """Remove the further photos of a person."""
+        for number in range(len(photo.more)):
+            for name in (f"more-{number + 1}", f"more-{number + 1}.jpg"):
+                (self.library.place(photo) / name).unlink(missing_ok=True)
+        gone, photo.more, photo.known = photo.more, [], False
+        self.library.keep(photo)
+        await self._forget(gone)
+
+    async def add_clip(self, photo: Photo, folder: Path, suffix: str, title: str) -> None:
+        """Add the uploaded video in `folder` as a motion for the person in `photo`.
+
+        It replaces an earlier video.
+
+
+        Raises
+        ------
+        InputError
+            The file is not a video, is too large or too long, or the earlier video is in use.
+        """
+        task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        if photo.id not in self.library.photos:
+            raise InputError("this photo was removed; choose another")
+        if photo.clip:
+            await self.remove_clip(photo)
+        (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
+        photo.clip, photo.clip_title = suffix, title[:80] or "video"
+        photo.clip_seconds = float(answer["done"]["seconds"])
+        photo.clip_digest = answer["done"]["digest"]
+        self.library.keep(photo)
+
+    async def remove_clip(self, photo: Photo) -> None:
+        """Remove the video with the motion for a person, and the stored values made from it.
+
+        Raises
+        ------
+        InputError
+            A queued or running job uses its motion.
+        """
+        if any(job.wish.clip and not job.over for job in self.library.jobs_of(photo)):
+            raise InputError("this video is in use; cancel what is being made of it first")
+        (self.library.place(photo) / f"{CLIP}{photo.clip}").unlink(missing_ok=True)
+        gone = photo.clip_digest
+        photo.clip, photo.clip_title, photo.clip_seconds, photo.clip_digest = "", "", 0.0, ""
+        self.library.keep(photo)
+        await self._forget([gone])

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, expect, sync_playwright
+from playwright.sync_api import Browser, expect
 
 from a2v.errors import MissingDependencyError
 from a2v.lab.evaluation.survey import SurveySettings, write_survey
@@ -17,9 +17,10 @@ from a2v.rendering.page import page_of
 from pipelines.batch.results import write_tables
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
+from tests.support.browser import LOCAL, SOFTWARE, chromium
 from tests.support.glb import glb
 from tests.support.motions import person
-from tests.support.page import Server, arrived, find_browser
+from tests.support.page import Server, arrived
 from tests.support.uploads import picture
 
 RUN = "window.theirs=1"
@@ -41,16 +42,8 @@ NAMES = (
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as engine:
-        opened = engine.chromium.launch(
-            executable_path=find_browser(),
-            args=[
-                "--use-angle=swiftshader",
-                "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
-            ],
-        )
+    with chromium(SOFTWARE[0], exclude=LOCAL) as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture

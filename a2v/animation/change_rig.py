@@ -124,8 +124,7 @@ class RigChange:
         total += (
             1e-3 * scale[:, None, None] * turned[:, self.drivers]
         )  # bones without skin of their own
-        turns: FloatArray = nearest_rotations(total.reshape(-1, 3, 3)).reshape(total.shape)
-        return turns
+        return nearest_rotations(total)
 
 
 def change_rig(character: Character, spec: RigSpec) -> RigChange:

@@ -44,7 +44,6 @@ _TRUST = {
     },
 }
 
-# Limbs along which the detector's depth is compared.
 _SEGMENTS = [
     *(
         (f"{side}_{first}", f"{side}_{last}")
@@ -64,6 +63,8 @@ _SEGMENTS = [
     ("left_ear", "nose"),
     ("right_ear", "nose"),
 ]
+SEGMENT_ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
+"""Landmarks (S, 2) at the ends of the segments along which the detector's depth is compared."""
 _SIDE_BONES = np.array(
     [[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()]
 )
@@ -244,9 +245,7 @@ class Evidence:
             flat = np.where(known[:, None], points[:, :2] * [1.0, -1.0], 0.0)
             scale = best_scale(flat, pixels, weight)
         usable = scale > 1.0
-        segments = np.array(
-            [[LANDMARK_INDEX[first], LANDMARK_INDEX[last]] for first, last in _SEGMENTS]
-        )
+        segments = SEGMENT_ENDS
         difference = points[segments[:, 1], 2] - points[segments[:, 0], 2]
         depth_known = known[segments].all(axis=1) & usable
         height = TYPICAL_HEIGHT * scale if usable else _height_without_depth(pixels, confidence)

@@ -15,7 +15,7 @@ from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
 from a2v.footage.fit import FilmFit, Moves
-from a2v.footage.hands import Hands, nearest_turns, track_hands, with_hands
+from a2v.footage.hands import Hands, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
@@ -23,6 +23,7 @@ from a2v.footage.settings import LONGEST, FollowSettings
 from a2v.footage.terms import SOLE, SOLES, Stands
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
+from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
 from a2v.io import sha256
 from a2v.kinematics.foot_contacts import PlantSettings, contacts
@@ -173,7 +174,7 @@ def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -
     axes = evenly(found.axes.reshape(track.frames, -1), track.times, SHOWN_FPS)
     fingers = evenly(found.fingers.reshape(track.frames, -1), track.times, SHOWN_FPS)
     return Hands(
-        axes=nearest_turns(axes[:frames].reshape(frames, 2, 3, 3)),
+        axes=nearest_rotations(axes[:frames].reshape(frames, 2, 3, 3)),
         fingers=unit(fingers[:frames].reshape(frames, *found.fingers.shape[1:])),
         seen=found.seen,
     )

@@ -13,6 +13,7 @@ import numpy as np
 from a2v.animation.hands import FINGERS
 from a2v.body.registry import load_body_model
 from a2v.footage.figure import NAMES, PARENTS
+from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.skeleton import skeleton_from_parents
@@ -177,7 +178,7 @@ def track_hands(
         mean = np.einsum("tn,nfba->tfba", weights, local) + _REST * _relaxed()
         fingers[:, side] = unit(mean)
         turn = np.einsum("tn,nab->tab", weights, change) + _REST * np.eye(3)
-        axes[:, side] = nearest_turns(turn) @ fitted[:, side]
+        axes[:, side] = nearest_rotations(turn) @ fitted[:, side]
     return Hands(axes=axes, fingers=fingers, seen=seen.mean(axis=1))
 
 
@@ -293,11 +294,3 @@ def _to_world(yaw: float, tilt: float) -> FloatArray:
 def _kernel(times: FloatArray, own: FloatArray) -> FloatArray:
     """Weights (T, n) of frames at `own` (n,) for frames at `times` (T,), seconds."""
     return np.asarray(np.exp(-0.5 * ((times[:, None] - own) / _SPREAD) ** 2))
-
-
-def nearest_turns(matrices: FloatArray) -> FloatArray:
-    """The rotations (..., 3, 3) that are nearest to `matrices`."""
-    u, _, vt = np.linalg.svd(matrices)
-    sign = np.ones(u.shape[:-1])
-    sign[..., 2] = np.linalg.det(u @ vt)
-    return np.asarray((u * sign[..., None, :]) @ vt)

@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from a2v.body.anny import AnnyModel
 from a2v.body.pose_bank import COMPARED, load_pose_bank
 from a2v.footage.track import Track
+from a2v.geometry.polar import nearest_rotations
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
@@ -81,11 +82,7 @@ def smoother(count: int) -> FloatArray:
 
 def smooth_turns(rotmats: FloatArray, frames: float) -> FloatArray:
     """Smooth rotations (T, 3, 3) with a Gaussian of a standard deviation of `frames`."""
-    u, _, vt = np.linalg.svd(gaussian_filter1d(rotmats, frames, axis=0, mode="nearest"))
-    sign = np.ones((len(u), 3))
-    sign[:, 2] = np.linalg.det(u @ vt)
-    turned: FloatArray = (u * sign[:, None]) @ vt
-    return turned
+    return nearest_rotations(gaussian_filter1d(rotmats, frames, axis=0, mode="nearest"))
 
 
 def bridged(values: FloatArray, track: Track) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.body.evidence import SEGMENT_ENDS
 from a2v.body.terms import geman_mcclure, robust_sum
 from a2v.footage.figure import NAMES
 from a2v.footage.track import Track
@@ -31,26 +32,6 @@ _LEVEL = 0.02
 """Expected error of the height of a sole that stands, meters."""
 SOLE = 0.02
 """Height of the landmarks of heel and toes above the sole, meters."""
-_SEGMENTS = [
-    *(
-        (f"{side}_{a}", f"{side}_{b}")
-        for side in ("left", "right")
-        for a, b in (
-            ("shoulder", "elbow"),
-            ("elbow", "wrist"),
-            ("hip", "knee"),
-            ("knee", "ankle"),
-            ("shoulder", "hip"),
-            ("heel", "foot_index"),
-        )
-    ),
-    ("left_shoulder", "right_shoulder"),
-    ("left_hip", "right_hip"),
-    ("left_ear", "right_ear"),
-    ("left_ear", "nose"),
-    ("right_ear", "nose"),
-]
-_ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
 SOLES = np.array(
     [
         [LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")]
@@ -79,9 +60,9 @@ class Evidence:
         self.yaw, self.tilt, self.focal = tensor(track.yaw), tensor(track.tilt), track.focal
         self.times = track.times
         self.depths = tensor(
-            (points[:, _ENDS[:, 1], 2] - points[:, _ENDS[:, 0], 2]) / TYPICAL_HEIGHT
+            (points[:, SEGMENT_ENDS[:, 1], 2] - points[:, SEGMENT_ENDS[:, 0], 2]) / TYPICAL_HEIGHT
         )
-        self.depth_weights = tensor(track.confidence[:, _ENDS].min(axis=-1))
+        self.depth_weights = tensor(track.confidence[:, SEGMENT_ENDS].min(axis=-1))
 
     def heading(self, points: Tensor) -> Tensor:
         """Points (T, n, 3) of the world in the heading of the camera of their frame."""
@@ -104,7 +85,7 @@ class Evidence:
             self.focal * torch.stack([x, -up], dim=-1) / ahead[..., None] - self.pixels
         ).square().sum(-1) / self.heights[:, None] ** 2
         cost: Tensor = robust_sum(square, weights=self.weights, scale=_ROBUST) / _KEYPOINT**2
-        along = z[:, _ENDS[:, 1]] - z[:, _ENDS[:, 0]]
+        along = z[:, SEGMENT_ENDS[:, 1]] - z[:, SEGMENT_ENDS[:, 0]]
         along = (
             along * (self.focal / ahead.detach().mean(dim=1, keepdim=True)) / self.heights[:, None]
         )

@@ -112,15 +112,23 @@ def laplacian(weights: Any) -> Any:
     return (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()
 
 
-def piece_of_faces(count: int, faces: IntArray) -> IntArray:
-    """Number, from 0, of the connected piece of each face (F,) of a mesh with `count` vertices."""
+def joined_by(count: int, pairs: IntArray) -> IntArray:
+    """Number, from 0, of the group of each of `count` items that pairs (P, 2) of them join."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    _, label = connected_components(
-        sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False
-    )
+    graph = sp.csr_matrix((np.ones(len(pairs), bool), tuple(pairs.T)), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def piece_of_vertices(count: int, faces: IntArray) -> IntArray:
+    """Number, from 0, of the connected piece of each of the `count` vertices of a mesh."""
+    return joined_by(count, np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]]))
+
+
+def piece_of_faces(count: int, faces: IntArray) -> IntArray:
+    """Number, from 0, of the connected piece of each face (F,) of a mesh with `count` vertices."""
+    label = piece_of_vertices(count, faces)
     return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
 
 

@@ -11,10 +11,10 @@ from a2v.types import FloatArray
 
 
 def nearest_rotations(matrices: FloatArray) -> FloatArray:
-    """Rotations (N, 3, 3) nearest to matrices (N, 3, 3), by singular value decomposition."""
+    """Rotations (..., 3, 3) nearest to matrices (..., 3, 3), by singular value decomposition."""
     u, _, vt = np.linalg.svd(matrices)
     sign = np.linalg.det(u @ vt)
-    u[:, :, 2] *= np.sign(sign)[:, None]
+    u[..., 2] *= np.sign(sign)[..., None]
     rotations: FloatArray = u @ vt
     return rotations
 

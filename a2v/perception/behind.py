@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.geometry.mesh import joined_by
 from a2v.perception.borders import assign_regions
 from a2v.perception.patch_fill import fill_by_patches
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
@@ -208,7 +209,7 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
             (tint < _SOFT[0]) & (light < _SOFT[1]) & (chroma < _SOFT[2])
         )
         if alike.any():
-            into = _joined(count, pairs[alike])
+            into = joined_by(count, pairs[alike])
         else:
             into = np.arange(count)
             touching = np.unique(numbers[near & inside])
@@ -235,7 +236,7 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
         np.abs(means[one, 0] - means[two, 0]) < _PARTED[1]
     )
     into = np.arange(int(numbers.max()) + 1)
-    groups = _joined(len(names), np.stack([one[same], two[same]], axis=1))
+    groups = joined_by(len(names), np.stack([one[same], two[same]], axis=1))
     into[names] = names[[np.flatnonzero(groups == group)[0] for group in groups]]
     return _numbered(np.where(numbers >= 0, into[numbers], -1))
 
@@ -253,16 +254,6 @@ def _numbered(labels: IntArray) -> IntArray:
     """The same regions as 0, 1, ...; -1 stays."""
     names, numbers = np.unique(labels, return_inverse=True)
     return (numbers.reshape(labels.shape) - int(names[0] < 0)).astype(np.int32)
-
-
-def _joined(count: int, pairs: IntArray) -> IntArray:
-    """For each of `count` regions the group that the pairs join it to."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ones = np.ones(len(pairs))
-    graph = coo_matrix((ones, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _neighbors(colors: FloatArray, numbers: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -297,9 +288,10 @@ def fit_shading(
 
     height, width = hole.shape
     longest = max(height, width)
-    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5)
+    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, 5).reshape(-1)
     rows, columns = np.indices(hole.shape)
-    y, x = (rows - height / 2) / longest, (columns - width / 2) / longest
+    y, x = ((rows - height / 2) / longest).ravel(), ((columns - width / 2) / longest).ravel()
+    values = colors.reshape(-1, 3)
     result = colors.astype(np.float32).copy()
     for label in np.unique(labels[unknown]):
         own = labels == label
@@ -310,36 +302,50 @@ def fit_shading(
             use = ~hole
         inner = cv2.erode(use.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
         use = inner if inner.sum() > 200 else use
-        degree = (
-            0
-            if use.sum() < 60
-            else 1
-            if use.sum() < 0.004 * use.size
-            else 2
-            if use.sum() < 0.03 * use.size
-            else 3
-        )
-        terms = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
         at = np.flatnonzero(use)
+        terms = _terms(len(at), use.size)
         if len(at) > 20000:
             at = at[:: len(at) // 20000]
-        weight = np.exp(-away.reshape(-1)[at] / (0.2 * longest))
-        basis = np.stack(
-            [(x.reshape(-1)[at] ** i) * (y.reshape(-1)[at] ** j) for i, j in terms], axis=1
+        weight = np.exp(-away[at] / (0.2 * longest))
+        solution = _robust_fit(
+            _basis(x[at], y[at], terms), values[at].astype(np.float64), weight, terms
         )
-        values = colors.reshape(-1, 3)[at].astype(np.float64)
-        trust = np.ones(len(at))
-        ridge = np.diag([1e-6 * 10.0 ** (i + j) for i, j in terms]) * weight.sum()
-        for _ in range(_ROUNDS):
-            scaled = basis * (weight * trust)[:, None]
-            solution = np.linalg.solve(scaled.T @ basis + ridge, scaled.T @ values)
-            error = np.linalg.norm(values - basis @ solution, axis=1)
-            darker = (values - basis @ solution)[:, 0] < 0
-            trust = 1 / (1 + (error / np.where(darker, 0.5, 1.0) / _ERROR) ** 2)
         everywhere = np.flatnonzero(own)
-        full = np.stack(
-            [(x.reshape(-1)[everywhere] ** i) * (y.reshape(-1)[everywhere] ** j) for i, j in terms],
-            axis=1,
-        )
+        full = _basis(x[everywhere], y[everywhere], terms)
         result.reshape(-1, 3)[everywhere] = (full @ solution).astype(np.float32)
     return result
+
+
+def _terms(count: int, size: int) -> list[tuple[int, int]]:
+    """Exponents of x and y of the polynomial for a region of which `count` of the picture's `size`
+    pixels are known: of degree 0 to 3."""
+    if count < 60:
+        degree = 0
+    elif count < 0.004 * size:
+        degree = 1
+    elif count < 0.03 * size:
+        degree = 2
+    else:
+        degree = 3
+    return [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+
+def _basis(x: FloatArray, y: FloatArray, terms: list[tuple[int, int]]) -> FloatArray:
+    """Terms (n, M) of a polynomial at places `x`, `y` (n,)."""
+    return np.stack([(x**i) * (y**j) for i, j in terms], axis=1)
+
+
+def _robust_fit(
+    basis: FloatArray, values: FloatArray, weight: FloatArray, terms: list[tuple[int, int]]
+) -> FloatArray:
+    """Coefficients (M, 3) of the polynomial with terms `basis` (n, M) that fits values (n, 3),
+    CIELAB, with weights (n,); errors beyond `_ERROR` count less, darker ones from half of it on."""
+    trust = np.ones(len(values))
+    ridge = np.diag([1e-6 * 10.0 ** (i + j) for i, j in terms]) * weight.sum()
+    for _ in range(_ROUNDS):
+        scaled = basis * (weight * trust)[:, None]
+        solution = np.linalg.solve(scaled.T @ basis + ridge, scaled.T @ values)
+        error = values - basis @ solution
+        size = np.linalg.norm(error, axis=1)
+        trust = 1 / (1 + (size / np.where(error[:, 0] < 0, 0.5, 1.0) / _ERROR) ** 2)
+    return np.asarray(solution)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from a2v.errors import InputError
 from pipelines.engine.forget import Forgotten
@@ -37,6 +38,21 @@ class Arrivals:
     ) -> None:
         self.library, self._opener, self._forget = library, opener, forget
 
+    async def _opened(self, folder: Path, task: str, **more: str) -> dict[str, Any]:
+        """Let the child process open the uploaded file in `folder`; return its facts.
+
+        Raises
+        ------
+        InputError
+            The file cannot be used.
+        """
+        given = {"task": task, "folder": str(folder), "file": str(folder / ORIGINAL), **more}
+        answer = await self._opener.do(given, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        facts: dict[str, Any] = answer["done"]
+        return facts
+
     async def open_photo(self, folder: Path, title: str) -> Photo:
         """Add the uploaded photo in `folder`.
 
@@ -45,16 +61,8 @@ class Arrivals:
         InputError
             The file is not a photo or is too large, or there are too many photos.
         """
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        return self.library.add_photo(folder, title, answer["done"])
+        facts = await self._opened(folder, "open", shown=str(folder / SHOWN))
+        return self.library.add_photo(folder, title, facts)
 
     async def add_more(self, photo: Photo, folder: Path) -> None:
         """Add the uploaded photo in `folder` as a further photo of the person in `photo`.
@@ -70,16 +78,7 @@ class Arrivals:
                 "start a2v serve with another --folder"
             )
         name = f"more-{len(photo.more) + 1}"
-        task = {
-            "task": "open",
-            "folder": str(folder),
-            "file": str(folder / ORIGINAL),
-            "shown": str(folder / SHOWN),
-        }
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
-        digest = answer["done"]["digest"]
+        digest = (await self._opened(folder, "open", shown=str(folder / SHOWN)))["digest"]
         if digest in (photo.digest, *photo.more):
             raise InputError("this photo is here already; take one from another side")
         if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
@@ -103,24 +102,20 @@ class Arrivals:
 
         It replaces an earlier video.
 
-
         Raises
         ------
         InputError
             The file is not a video, is too large or too long, or the earlier video is in use.
         """
-        task = {"task": "clip", "folder": str(folder), "file": str(folder / ORIGINAL)}
-        answer = await self._opener.do(task, limit=OPEN_SECONDS)
-        if "problem" in answer:
-            raise InputError(answer["problem"])
+        facts = await self._opened(folder, "clip")
         if photo.id not in self.library.photos:
             raise InputError("this photo was removed; choose another")
         if photo.clip:
             await self.remove_clip(photo)
         (folder / ORIGINAL).rename(self.library.place(photo) / f"{CLIP}{suffix}")
         photo.clip, photo.clip_title = suffix, title[:80] or "video"
-        photo.clip_seconds = float(answer["done"]["seconds"])
-        photo.clip_digest = answer["done"]["digest"]
+        photo.clip_seconds = float(facts["seconds"])
+        photo.clip_digest = facts["digest"]
         self.library.keep(photo)
 
     async def remove_clip(self, photo: Photo) -> None:

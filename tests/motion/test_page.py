@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import onnxruntime
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from a2v import Character, InputError, MissingDependencyError
 from a2v.animation import RetargetSettings, retarget
@@ -24,15 +24,9 @@ from a2v.motion.model import MotionModel as Model
 from a2v.motion.page import PACKAGES, page_graph, write_motion_page
 from a2v.motion.placement import place_on_ground
 from pipelines.cli import main
+from tests.support.browser import SOFTWARE, chromium
 from tests.support.npm import npm_folder
-from tests.support.page import CONTRAST, NAMELESS, find_browser
-
-FLAGS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--host-resolver-rules=MAP * ~NOTFOUND",
-]
+from tests.support.page import CONTRAST, NAMELESS
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +44,8 @@ def packages() -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as engine:
-        opened = engine.chromium.launch(executable_path=find_browser(), args=FLAGS)
+    with chromium("--no-sandbox", *SOFTWARE) as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="module")

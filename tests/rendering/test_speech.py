@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from a2v import Character
 from a2v.formats import write_glb
 from a2v.rendering import write_page
-from tests.support.page import find_browser
+from tests.support.browser import SOFTWARE, chromium
 
 pytestmark = pytest.mark.slow
 
@@ -45,17 +45,8 @@ READ = """async ([count, step]) => {
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as engine:
-        opened = engine.chromium.launch(
-            executable_path=find_browser(),
-            args=[
-                "--use-angle=swiftshader",
-                "--enable-unsafe-swiftshader",
-                "--host-resolver-rules=MAP * ~NOTFOUND",
-            ],
-        )
+    with chromium(*SOFTWARE) as opened:
         yield opened
-        opened.close()
 
 
 def preview(browser: Browser, character: Character, folder: Path) -> Page:

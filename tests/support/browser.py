@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from tests.support.npm import npm_folder
 from tests.support.page import find_browser
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+LOCAL = ", EXCLUDE 127.0.0.1"
+"""Rule for `chromium` with which pages of this machine's server are found."""
+SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""Flags with which WebGL runs without a graphics card."""
 THREE_VRM = (
     "three@0.187.0",
     "@pixiv/three-vrm@3.5.5",
@@ -39,6 +48,18 @@ def bundled(script: Path, folder_name: str, *packages: str) -> str:
     ]
     subprocess.run([program, str(source), *options], check=True, timeout=120)
     return out.read_text(encoding="utf-8")
+
+
+@contextmanager
+def chromium(*flags: str, exclude: str = "") -> Iterator[Browser]:
+    """A browser that resolves no host but those that the rule `exclude` names."""
+    from playwright.sync_api import sync_playwright
+
+    rules = f"--host-resolver-rules=MAP * ~NOTFOUND{exclude}"
+    with sync_playwright() as engine:
+        opened = engine.chromium.launch(executable_path=find_browser(), args=[*flags, rules])
+        yield opened
+        opened.close()
 
 
 def told_by(script: str, given: dict[str, Any]) -> Any:

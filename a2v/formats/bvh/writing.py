@@ -11,6 +11,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.bvh.conventions import UNITS
 from a2v.formats.characters import check_clips
+from a2v.geometry.polar import nearest_rotations
 from a2v.io import atomic_path
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.orientations import bone_rotmats
@@ -266,11 +267,7 @@ def _from_rest(
 
 def _fit_rotmats(rest: FloatArray, now: FloatArray) -> FloatArray:
     """Rotations (T, 3, 3) that best take vectors `rest` (C, 3) to `now` (T, C, 3) (Kabsch)."""
-    u, _, vt = np.linalg.svd(np.einsum("tca,cb->tab", now, rest))
-    sign = np.ones((*u.shape[:1], 3))
-    sign[:, 2] = np.linalg.det(u @ vt)
-    rotmats: FloatArray = (u * sign[:, None, :]) @ vt
-    return rotmats
+    return nearest_rotations(np.einsum("tca,cb->tab", now, rest))
 
 
 def _euler_zxy(rotmats: FloatArray) -> FloatArray:

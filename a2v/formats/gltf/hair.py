@@ -12,12 +12,14 @@ from a2v.formats.gltf.springs import (
     Springs,
     Swing,
     add_chains,
+    apart,
+    around,
     capsule_between,
     strongest,
     to_segment,
     weights_between,
 )
-from a2v.geometry.mesh import piece_of_faces, vertex_normals
+from a2v.geometry.mesh import joined_by, piece_of_faces, vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.types import MATERIALS, BoolArray, Character, FloatArray, IntArray, Surface
 
@@ -106,8 +108,6 @@ def _falling(character: Character, skull: FloatArray) -> IntArray:
 
 def _hair_of(character: Character, skull: FloatArray) -> BoolArray:
     """Vertices (V,) of hair: what is connected to the head's hair and has its color."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
     from skimage.color import rgb2lab
 
     surface, count = character.surface, len(character.surface.vertices)
@@ -134,8 +134,7 @@ def _hair_of(character: Character, skull: FloatArray) -> BoolArray:
         similar[surface.face.patch] = False
     edges = np.concatenate([surface.faces[:, :2], surface.faces[:, 1:]])
     edges = edges[similar[edges].all(axis=1)]
-    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
+    label = joined_by(count, edges)
     high = seeds & similar & (surface.vertices[:, 1] > skull[1])
     return np.asarray(similar & np.isin(label, np.unique(label[high])))
 
@@ -202,10 +201,10 @@ def _with_layer(character: Character, chosen: IntArray) -> Character:
 def _columns(away: FloatArray) -> tuple[FloatArray, IntArray]:
     """Where points at `away` (n, 3) from the skull lie around it, in chains' widths (n,) from the
     front to the person's left, and the chains (m,) beside which there is hair."""
-    along = np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * CHAINS % CHAINS
+    along = around(away, CHAINS)
     number = np.bincount(np.round(along).astype(np.int64) % CHAINS, minlength=CHAINS)
     used = np.flatnonzero(number > _SHARE * len(along))
-    return np.asarray(along), used
+    return along, used
 
 
 def _places(points: FloatArray, along: FloatArray, used: IntArray) -> FloatArray:
@@ -214,8 +213,8 @@ def _places(points: FloatArray, along: FloatArray, used: IntArray) -> FloatArray
     top = float(points[:, 1].max())
     chains = []
     for chain in used:
-        near = np.exp(-((_apart(along, chain) / _NEAR) ** 2))
-        own = points[_apart(along, chain) <= 0.5]
+        near = np.exp(-((apart(along, chain, CHAINS) / _NEAR) ** 2))
+        own = points[apart(along, chain, CHAINS) <= 0.5]
         low = float(np.quantile(own[:, 1], 0.03))
         joints = []
         for height in np.linspace(top, low, JOINTS + 1):
@@ -224,11 +223,6 @@ def _places(points: FloatArray, along: FloatArray, used: IntArray) -> FloatArray
             joints.append([x, height, z])
         chains.append(joints)
     return np.array(chains)
-
-
-def _apart(along: FloatArray, chain: int | FloatArray) -> FloatArray:
-    """Distances (n,) from a chain, in chains' widths."""
-    return np.asarray(np.abs((along - chain + CHAINS / 2) % CHAINS - CHAINS / 2))
 
 
 def _weights(
@@ -241,7 +235,7 @@ def _weights(
     """Weights and bones (n, 4) of the hair `points` (n, 3) on chains with joints (m, J + 1, 3) and
     bones (m, J + 1), given as `hung`."""
     places, bones = hung
-    distances = np.stack([_apart(along, chain) for chain in used], axis=1)
+    distances = np.stack([apart(along, chain, CHAINS) for chain in used], axis=1)
     order = np.argsort(distances, axis=1, kind="stable")
     first, second = order[:, 0], order[:, min(1, len(used) - 1)]
     rows = np.arange(len(points))

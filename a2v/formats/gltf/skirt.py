@@ -10,9 +10,12 @@ from a2v.formats.gltf.springs import (
     Springs,
     Swing,
     add_chains,
+    apart,
+    around,
     capsule_between,
     weights_between,
 )
+from a2v.geometry.mesh import piece_of_vertices
 from a2v.types import BoolArray, Character, FloatArray, IntArray
 
 CHAINS = 10
@@ -57,15 +60,9 @@ def hang_skirt(character: Character) -> tuple[Character, Springs | None]:
 
 def _skirt_of(character: Character) -> BoolArray | None:
     """Vertices (V,) of the skirt, None without one."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    faces, vertices = character.surface.faces, character.surface.vertices
-    edges = np.concatenate([faces[:, :2], faces[:, 1:]])
-    graph = coo_matrix(
-        (np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(vertices), len(vertices))
-    )
-    count, label = connected_components(graph, directed=False)
+    vertices = character.surface.vertices
+    label = piece_of_vertices(len(vertices), character.surface.faces)
+    count = int(label.max()) + 1
     names = character.body.bone_names
     if count < 2 or "hips" not in names:
         return None
@@ -85,23 +82,17 @@ def _skirt_of(character: Character) -> BoolArray | None:
     return skirt if skirt.any() else None
 
 
-def _angle(points: FloatArray, middle: FloatArray) -> FloatArray:
-    """0 in front, growing to the person's left, in chains' widths (n,)."""
-    away = points - middle
-    return np.asarray(np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * CHAINS % CHAINS)
-
-
 def _chain_places(points: FloatArray) -> FloatArray:
     """Places (CHAINS, JOINTS + 1, 3) of the joints on the skirt `points` (n, 3)."""
     heights = np.linspace(points[:, 1].max() - _TUCKED, points[:, 1].min(), JOINTS + 1)
     middle = points.mean(axis=0)
-    angle = _angle(points, middle)
+    angle = around(points - middle, CHAINS)
     places = np.zeros((CHAINS, JOINTS + 1, 3))
     for chain in range(CHAINS):
-        apart = np.abs((angle - chain + CHAINS / 2) % CHAINS - CHAINS / 2)
+        gap = apart(angle, chain, CHAINS)
         way = 2 * np.pi * chain / CHAINS
         for joint, height in enumerate(heights):
-            near = np.exp(-((apart / 0.5) ** 2) - ((points[:, 1] - height) / 0.02) ** 2) + 1e-12
+            near = np.exp(-((gap / 0.5) ** 2) - ((points[:, 1] - height) / 0.02) ** 2) + 1e-12
             radius = float(near @ np.linalg.norm((points - middle)[:, [0, 2]], axis=1) / near.sum())
             places[chain, joint] = [
                 middle[0] + radius * np.sin(way),
@@ -118,7 +109,7 @@ def _chain_weights(
     of the hips at the top."""
     top, low = float(places[0, 0, 1]), float(places[0, -1, 1])
     down = (top - points[:, 1]) / (top - low) * JOINTS
-    along = _angle(points, points.mean(axis=0))
+    along = around(points - points.mean(axis=0), CHAINS)
     column = np.floor(along).astype(np.int64)
     sides = (column % CHAINS, (column + 1) % CHAINS, along - column)
     return weights_between(sides, down, bones, hips)

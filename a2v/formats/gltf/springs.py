@@ -114,6 +114,17 @@ def add_chains(body: Body, name: str, parent: int, places: FloatArray) -> tuple[
     return changed, bones
 
 
+def around(away: FloatArray, chains: int) -> FloatArray:
+    """Direction (n,) of points at `away` (n, 3) from an upright axis, in widths of one of `chains`
+    chains: 0 in front, growing to the person's left."""
+    return np.asarray(np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * chains % chains)
+
+
+def apart(along: FloatArray, chain: int, chains: int) -> FloatArray:
+    """Distances (n,) of directions `along` (n,), as of `around`, from a chain."""
+    return np.asarray(np.abs((along - chain + chains / 2) % chains - chains / 2))
+
+
 def weights_between(
     chains: tuple[IntArray, IntArray, FloatArray], down: FloatArray, bones: IntArray, top: int
 ) -> tuple[FloatArray, IntArray]:

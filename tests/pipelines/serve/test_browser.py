@@ -14,10 +14,11 @@ from typing import Any
 
 import psutil
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Request, expect
 
 from a2v.perception import read_corrections
-from tests.support.page import CONTRAST, NAMELESS, ROOT, Server, find_browser
+from tests.support.browser import LOCAL, SOFTWARE, chromium
+from tests.support.page import CONTRAST, NAMELESS, ROOT, Server
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 300_000.0
@@ -37,19 +38,9 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    flags = [
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--use-fake-device-for-media-stream",
-        "--use-fake-ui-for-media-stream",
-    ]
-    with sync_playwright() as engine:
-        opened = engine.chromium.launch(
-            executable_path=find_browser(),
-            args=[*flags, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
-        )
+    camera = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
+    with chromium(*SOFTWARE, *camera, exclude=LOCAL) as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +13,8 @@ from a2v.errors import InputError
 from a2v.rendering import write_video
 from pipelines.engine.memo import refs_within
 from pipelines.engine.store import File
-from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
-from tests.support.page import Server, ready
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    folder = tmp_path_factory.mktemp("page")
-    ready(Library(folder))
-    running = Server(folder)
-    yield running
-    running.end()
+from tests.support.page import Server
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -24,15 +23,6 @@ SAID = {
     "landmarks": {"left_wrist": [0.25, 0.5]},
     "limbs": {"left_lower_arm": "back"},
 }
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    folder = tmp_path_factory.mktemp("page")
-    ready(Library(folder))
-    running = Server(folder)
-    yield running
-    running.end()
 
 
 def test_what_cannot_be_is_told(server: Server) -> None:

@@ -1,0 +1,20 @@
+"""What tests of the page share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from pipelines.serve.records import Library
+from tests.support.page import Server, ready
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server with one photo whose person is ready; nothing was computed."""
+    folder = tmp_path_factory.mktemp("page")
+    ready(Library(folder))
+    running = Server(folder)
+    yield running
+    running.end()

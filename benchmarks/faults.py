@@ -461,7 +461,8 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     graphs, every tenth of them."""
     from pipelines.batch.results import write_job
     from pipelines.batch.rows import Row
-    from pipelines.batch.tasks import Planner, perform, recall, steps_of
+    from pipelines.batch.tasks import Planner, steps_of
+    from pipelines.batch.worker import perform, recall
     from pipelines.engine.store import Store
     from pipelines.requests.video import VideoRequest
 

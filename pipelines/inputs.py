@@ -18,7 +18,8 @@ from a2v.io import clear_leftovers, read_bytes
 from a2v.types import RenderSettings
 from pipelines.engine.executors import EXECUTORS, ExecutorName
 from pipelines.engine.graph import Parameters
-from pipelines.engine.store import Ref, Store
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import Store
 from pipelines.options import flag, option
 
 if TYPE_CHECKING:

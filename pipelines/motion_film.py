@@ -11,7 +11,7 @@ from a2v.footage import SUFFIXES, FollowSettings, is_video
 from a2v.footage.settings import LONGEST
 from a2v.motion.edit import Edit
 from a2v.types import Motion
-from pipelines.engine.store import File
+from pipelines.engine.refs import File
 from pipelines.graph import video_graph
 from pipelines.inputs import RunOptions
 from pipelines.options import option, settings

@@ -13,8 +13,8 @@ from a2v.io import atomic_path, read_npz
 from a2v.motion.edit import Edit, put_in_place
 from a2v.props import Props
 from a2v.types import Character, Motion
+from pipelines.engine.refs import Ref
 from pipelines.engine.run import Outcome
-from pipelines.engine.store import Ref
 from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.rigs import RigOptions, write_rigged
 

@@ -163,7 +163,7 @@ def stages() -> tuple[list[Stage], dict[str, str]]:
 
 def value_type(hint: Any) -> str:
     """``Body`` of ``Ref[Body]``, of a list or an optional one; "" of settings and plain numbers."""
-    from pipelines.engine.store import File, Ref
+    from pipelines.engine.refs import File, Ref
 
     if hint is File:
         return "File"

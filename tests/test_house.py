@@ -47,9 +47,6 @@ LONG_FILES: dict[str, str] = {
     "a2v/reconstruction/extraction.py": "to be split",
     "a2v/rendering/scene.py": "to be split",
     "a2v/rendering/tracer.py": "to be split",
-    "pipelines/batch/tasks.py": "to be split",
-    "pipelines/engine/closure.py": "to be split",
-    "pipelines/engine/store.py": "to be split",
     "export/sample.py": "one file that needs nothing of this project: it is copied alone",
 }
 

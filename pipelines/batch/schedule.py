@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from a2v.errors import A2VError, InputError
-from pipelines.batch.tasks import Kind, Result, Task, own_likeness, perform, recall
+from pipelines.batch.tasks import Kind, Result, Task
+from pipelines.batch.worker import own_likeness, perform, recall
 from pipelines.engine.executors import LocalExecutor, cpu_count, open_executor
 from pipelines.engine.progress import memory_of_family
 from pipelines.engine.store import Store

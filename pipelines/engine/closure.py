@@ -23,19 +23,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-PROJECT = ("a2v", "export", "pipelines")
-"""The packages that are followed."""
+from pipelines.engine.imports import PROJECT, Import, imports_in, imports_of, parse
 
 _ARGUMENTS = "a2v/weights"
 _RUNS = " (what it runs)"
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-_TYPE_CHECKING = re.compile(
-    r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE
-)
-_IMPORT = re.compile(
-    rf"^[ \t]*((?:from|import)[ \t]+(?:(?:{'|'.join(PROJECT)})\b|\.)[^\n(]*(?:\([^)]*\))?)",
-    re.MULTILINE,
-)
 
 
 @functools.cache
@@ -207,76 +199,6 @@ class _Module:
 
 def _digest(data: bytes) -> str:
     return hashlib.blake2b(data, digest_size=20).hexdigest()
-
-
-# --- imports
-
-
-@dataclass(frozen=True)
-class Import:
-    """One imported name: ``from module import name as alias``; `name` is empty for ``import module
-    as alias``."""
-
-    module: str
-    name: str
-    alias: str
-
-
-def imports_in(text: str, package: str) -> list[Import]:
-    """The project's names that a module's source imports anywhere, but for type checkers alone.
-
-    Only lines that begin as imports of the project are parsed, which takes a thirtieth of the time
-    of parsing all.
-
-    Parameters
-    ----------
-    package : what relative imports are relative to
-    """
-    seen = _TYPE_CHECKING.sub("", text) if "TYPE_CHECKING:" in text else text
-    try:
-        nodes: Iterable[ast.AST] = ast.parse(
-            "\n".join(match[1] for match in _IMPORT.finditer(seen))
-        ).body
-    except SyntaxError:  # prose that begins as an import does
-        nodes = ast.walk(parse(text))
-    return [one for one in imports_of(nodes, package) if one.module.partition(".")[0] in PROJECT]
-
-
-def imports_of(nodes: Iterable[ast.AST], package: str) -> Iterator[Import]:
-    """What the import statements among `nodes` import; `package` is what relative ones are relative
-    to."""
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            for name in node.names:
-                whole = name.name.split(
-                    "."
-                )  # without an alias it binds the first, of which all may be used
-                above = (
-                    [] if name.asname else [".".join(whole[: i + 1]) for i in range(len(whole) - 1)]
-                )
-                yield from (
-                    Import(module, "", name.asname or whole[0]) for module in (*above, name.name)
-                )
-        elif isinstance(node, ast.ImportFrom):
-            base = package.split(".")[: package.count(".") + 2 - node.level] if node.level else []
-            module = ".".join([*base, *([node.module] if node.module else [])])
-            yield from (Import(module, name.name, name.asname or name.name) for name in node.names)
-
-
-def parse(text: str) -> ast.Module:
-    """Parse a module's source; what stands under ``if TYPE_CHECKING:`` is left out."""
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, ast.If)
-            and isinstance(node.test, ast.Name)
-            and node.test.id == "TYPE_CHECKING"
-        ):
-            node.body = []
-    tree.body = [
-        node for node in tree.body if not isinstance(node, ast.If) or node.body or node.orelse
-    ]
-    return tree
 
 
 # --- within the node's own module

@@ -17,15 +17,8 @@ from typing import Any
 
 from a2v.io import clear_leftovers, read_bytes
 from a2v.record import Record
-from pipelines.engine.store import (
-    IN_USE_SECONDS,
-    MAX_CALL_BYTES,
-    Ref,
-    Store,
-    decode,
-    digest_of,
-    refs_in,
-)
+from pipelines.engine.refs import Ref, decode, digest_of, refs_in
+from pipelines.engine.store import IN_USE_SECONDS, MAX_CALL_BYTES, Store
 
 
 def ref_of(record: Record) -> Ref[Any]:

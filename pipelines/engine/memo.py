@@ -32,7 +32,8 @@ from a2v.system import peak_memory
 from a2v.types import Progress
 from pipelines.engine import store as storage
 from pipelines.engine.closure import code_digest
-from pipelines.engine.store import File, Ref, Store
+from pipelines.engine.refs import File, Ref, refs_in
+from pipelines.engine.store import Store
 
 P = ParamSpec("P")
 R = TypeVar("R", covariant=True)
@@ -108,7 +109,7 @@ class Node(Generic[P, R]):
                 given=refs_within([args, kwargs]),
             )
         else:
-            store.share(storage.refs_in(result))
+            store.share(refs_in(result))
         emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)
         return result
 

@@ -28,7 +28,8 @@ from pipelines.engine.graph import (
 )
 from pipelines.engine.memo import events_in
 from pipelines.engine.progress import Listener, Monitor, NodeStats, peak_family_memory, watching
-from pipelines.engine.store import LostObjectError, R, Ref, Store
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import LostObjectError, R, Store
 
 ATTEMPTS = 3
 """Runs are repeated this often when a worker dies or a stored value is lost; what was finished is

@@ -15,24 +15,20 @@ from __future__ import annotations
 
 import contextlib
 import contextvars
-import hashlib
 import json
 import os
 import time
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, TypeVar
-
-import numpy as np
+from typing import Any, TypeVar
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes, user_cache_folder
 from a2v.record import Record
+from pipelines.engine.refs import Ref, decode, digest_of, encode, refs_in
 from pipelines.engine.remote import Remote, is_remote
 from pipelines.engine.trust import folders_that_others_reach, is_shared, others_who_write
 
-T = TypeVar("T")
 R = TypeVar("R", bound=Record)
 
 MAX_CALL_BYTES = 64 << 20
@@ -46,54 +42,8 @@ class LostObjectError(A2VError):
     """A ref's file is missing or damaged; running again recomputes it."""
 
 
-@dataclass(frozen=True)
-class Ref(Generic[T]):
-    """Names a stored value of type T by the digest of its bytes (40 hex digits).
-
-    `source` is what messages call a user's file; it takes no part in equality or in keys.
-    """
-
-    digest: str
-    source: str = field(default="", compare=False)
-
-    def __post_init__(self) -> None:
-        if len(self.digest) != 40 or not set(self.digest) <= set("0123456789abcdef"):
-            raise ValueError(f"'{self.digest}' is no digest")
-
-
-@dataclass(frozen=True)
-class File:
-    """A file that enters the pipeline by its content; the path takes no part in equality or in
-    keys."""
-
-    path: str
-    digest: str
-
-    @classmethod
-    def of(cls, path: str | os.PathLike[str], *, limit: int = 1 << 30) -> File:
-        """Digest the file at `path`.
-
-        Raises
-        ------
-        InputError
-            It cannot be read, or is larger than `limit` bytes.
-        """
-        return cls(os.path.abspath(path), digest_of(read_bytes(path, limit=limit)))  # noqa: PTH100 (keeps symbolic links)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, File) and other.digest == self.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-
 def _object_key(ref: Ref[Any]) -> str:
     return f"objects/{ref.digest[:2]}/{ref.digest[2:]}.npz"
-
-
-def digest_of(data: bytes) -> str:
-    """Forty hex digits of BLAKE2b."""
-    return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
 class Store:
@@ -289,7 +239,7 @@ class Store:
         with self._writing(self._call(node, key)) as temporary:
             temporary.write_text(
                 json.dumps(
-                    {"call": [node, key], "result": _encode(result), "given": digests, **facts}
+                    {"call": [node, key], "result": encode(result), "given": digests, **facts}
                 ),
                 encoding="utf-8",
             )
@@ -352,18 +302,6 @@ def default_folder() -> Path:
     return folder
 
 
-def refs_in(value: Any) -> Iterator[Ref[Any]]:
-    """Every ref inside lists, tuples and object arrays."""
-    if isinstance(value, Ref):
-        yield value
-    elif isinstance(value, list | tuple):
-        for item in value:
-            yield from refs_in(item)
-    elif isinstance(value, np.ndarray):
-        for item in value.ravel().tolist():
-            yield from refs_in(item)
-
-
 def _check_facts(facts: dict[str, Any]) -> None:
     """Raise TypeError unless these are a call's facts: numbers, notes as text, measures by name."""
     notes, measures = facts.get("notes") or [], facts.get("measures") or {}
@@ -375,37 +313,6 @@ def _check_facts(facts: dict[str, Any]) -> None:
         or not all(isinstance(value, int | float) for value in numbers)
     ):
         raise TypeError("no facts of a call")
-
-
-def _encode(value: Any) -> Any:
-    if isinstance(value, Ref):
-        return {"ref": value.digest}
-    if isinstance(value, tuple):
-        return {"tuple": [_encode(item) for item in value]}
-    if isinstance(value, list):
-        return {"list": [_encode(item) for item in value]}
-    if isinstance(value, np.ndarray) and value.dtype == object:
-        return {
-            "array": [_encode(item) for item in value.ravel().tolist()],
-            "shape": list(value.shape),
-        }
-    raise TypeError(
-        f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays "
-        "of refs"
-    )
-
-
-def decode(value: dict[str, Any]) -> Any:
-    """Refs, and lists, tuples and object arrays of them, out of a record."""
-    if "ref" in value:
-        return Ref(value["ref"])
-    if "tuple" in value:
-        return tuple(decode(item) for item in value["tuple"])
-    if "list" in value:
-        return [decode(item) for item in value["list"]]
-    array = np.empty(len(value["array"]), dtype=object)
-    array[:] = [decode(item) for item in value["array"]]
-    return array.reshape(value["shape"])
 
 
 # --- the store of the running node: set around every call, so nodes say `get(ref, Kind)` and

@@ -18,7 +18,8 @@ from a2v.motion.edit import Edit
 from a2v.props import Props
 from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.engine.memo import memo
-from pipelines.engine.store import Ref, current, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import current, get, put
 from pipelines.nodes.values import Pose, Poses, Vertices, load_character
 
 

@@ -8,7 +8,8 @@ from a2v.body import FitSettings
 from a2v.reconstruction import HandSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject
 from pipelines.engine.memo import measure, memo, note, progress
-from pipelines.engine.store import File, Ref, get, put
+from pipelines.engine.refs import File, Ref
+from pipelines.engine.store import get, put
 
 
 @memo()

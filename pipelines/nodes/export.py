@@ -10,7 +10,8 @@ from a2v.animation import EngineSettings
 from a2v.props import Props
 from a2v.types import Body, Character
 from pipelines.engine.memo import memo
-from pipelines.engine.store import Ref, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import get, put
 from pipelines.nodes.values import Blob, Poses
 
 

@@ -10,7 +10,8 @@ from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
 from a2v.types import Motion
 from pipelines.engine.memo import measure, memo, note, progress
-from pipelines.engine.store import File, Ref, put
+from pipelines.engine.refs import File, Ref
+from pipelines.engine.store import put
 
 
 @memo()

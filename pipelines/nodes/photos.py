@@ -16,7 +16,8 @@ from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
-from pipelines.engine.store import Ref, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import get, put
 from pipelines.nodes.fits import Fitted
 from pipelines.nodes.reconstruction import build_character
 from pipelines.nodes.subject import found_in

@@ -13,7 +13,8 @@ from a2v.rendering.place import Place
 from a2v.rendering.room import Spot
 from a2v.types import Body, Character, PhotoCamera, RenderSettings, Subject, Surface
 from pipelines.engine.memo import measure, memo, note
-from pipelines.engine.store import Ref, current, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import current, get, put
 from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 

@@ -10,7 +10,8 @@ from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings, Sight
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import memo, note, progress
-from pipelines.engine.store import Ref, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import get, put
 
 
 @memo()

@@ -17,7 +17,8 @@ from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.rendering.scene import LookSettings
 from a2v.types import VIEWS, Body, Character, RenderSettings
 from pipelines.engine.memo import memo, note
-from pipelines.engine.store import Ref, current, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import current, get, put
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
 

@@ -8,7 +8,8 @@ from a2v.errors import InputError
 from a2v.perception import Corrections, PerceptionSettings
 from a2v.types import Subject
 from pipelines.engine.memo import memo, note
-from pipelines.engine.store import Ref, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import get, put
 from pipelines.nodes.values import Blob
 
 

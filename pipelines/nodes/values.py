@@ -12,7 +12,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.record import Record
 from a2v.types import ByteArray, Character, FloatArray
-from pipelines.engine.store import Ref, Store
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import Store
 
 
 @dataclass(frozen=True, kw_only=True)

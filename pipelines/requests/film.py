@@ -12,7 +12,8 @@ from a2v.io import read_bytes
 from a2v.rendering.looks import LOOKS
 from a2v.types import VIEWS, RenderSettings
 from pipelines.engine.graph import Parameters
-from pipelines.engine.store import Ref, Store
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import Store
 from pipelines.inputs import MAX_PHOTO_BYTES, put_file
 from pipelines.nodes.values import Blob
 from pipelines.options import flag, option, settings

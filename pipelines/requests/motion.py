@@ -18,7 +18,7 @@ from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.catalog import LICENSES
 from a2v.motion.edit import Edit
 from pipelines.engine.graph import Parameters
-from pipelines.engine.store import File
+from pipelines.engine.refs import File
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 from pipelines.requests.offer import offer_nearest

@@ -22,7 +22,8 @@ from a2v.reconstruction import (
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
 from a2v.reconstruction.canonical import CharacterSettings
 from pipelines.engine.graph import Parameters
-from pipelines.engine.store import File, Store
+from pipelines.engine.refs import File
+from pipelines.engine.store import Store
 from pipelines.inputs import put_file
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request

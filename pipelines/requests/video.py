@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pipelines.engine.graph import Graph, Parameters
-from pipelines.engine.store import File, Ref, Store
+from pipelines.engine.refs import File, Ref
+from pipelines.engine.store import Store
 from pipelines.graph import video_graph
 from pipelines.options import group
 from pipelines.requests.fields import check_known, hints_of, names_of

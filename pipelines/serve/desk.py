@@ -22,7 +22,8 @@ from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
 from a2v.perception import Corrections
 from pipelines.engine.forget import Forgotten, forget
-from pipelines.engine.store import Ref, Store
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import Store
 from pipelines.serve.arrivals import Arrivals
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed

@@ -61,7 +61,7 @@ def open_clip(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     """
     from a2v.footage.reading import open_reel
     from a2v.footage.settings import LONGEST
-    from pipelines.engine.store import File
+    from pipelines.engine.refs import File
 
     _bound_memory()
     try:

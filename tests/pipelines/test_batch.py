@@ -14,10 +14,11 @@ import pytest
 
 from a2v.errors import A2VError
 from a2v.io import sha256
-from pipelines.batch import schedule, tasks
+from pipelines.batch import schedule, worker
 from pipelines.batch.results import write_tables
 from pipelines.batch.schedule import SeparateWorkers, Watch
-from pipelines.batch.tasks import Result, Task, perform
+from pipelines.batch.tasks import Result, Task
+from pipelines.batch.worker import perform
 from pipelines.engine.store import Store
 from tests.support.batches import batch, dies_once, drive, task
 
@@ -213,7 +214,7 @@ def test_a_worker_that_runs_something_else_stops_the_batch(monkeypatch, tmp_path
     with pytest.raises(A2VError, match="other code"):
         drive(monkeypatch, tmp_path, [task("a")], strange)
     result = perform(
-        task("a"), Store(tmp_path), tasks.own_likeness() | {"the weights person.onnx": "0" * 40}
+        task("a"), Store(tmp_path), worker.own_likeness() | {"the weights person.onnx": "0" * 40}
     )
     assert result.strange
     assert "the weights person.onnx" in result.problem

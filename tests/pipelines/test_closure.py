@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pipelines.engine.closure import PROJECT, Sources, imports_in, imports_of, parse
+from pipelines.engine.closure import Sources
 from pipelines.engine.graph import Step
+from pipelines.engine.imports import PROJECT, imports_in, imports_of, parse
 from pipelines.graph import video_graph
 
 ROOT = Path(__file__).resolve().parents[2]

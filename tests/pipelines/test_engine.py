@@ -22,8 +22,9 @@ from pipelines.engine.executors import open_executor
 from pipelines.engine.graph import Step, build, downstream_of, inputs_of, needed_for, topological
 from pipelines.engine.memo import memo, plain
 from pipelines.engine.progress import Update
+from pipelines.engine.refs import Ref
 from pipelines.engine.run import Outcome, run
-from pipelines.engine.store import Ref, Store, get, put
+from pipelines.engine.store import Store, get, put
 from tests.support import numbers
 from tests.support.numbers import GRAPH, Numbers, Scale, Words, expected
 
@@ -288,7 +289,7 @@ def test_keys_refuse_what_has_no_content():
 
 
 def test_files_count_by_their_content(tmp_path):
-    from pipelines.engine.store import File
+    from pipelines.engine.refs import File
 
     for name, text in [("a", "x"), ("b", "x"), ("c", "y")]:
         (tmp_path / name).write_text(text)
@@ -434,7 +435,8 @@ from dataclasses import dataclass
 from pathlib import Path
 import numpy as np
 from pipelines.engine.memo import memo
-from pipelines.engine.store import Ref, put, get
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import put, get
 from tests.support.numbers import Numbers, _log
 
 @memo()

@@ -22,8 +22,9 @@ from pipelines.engine import executors
 from pipelines.engine.executors import open_executor
 from pipelines.engine.graph import Step
 from pipelines.engine.memo import memo
+from pipelines.engine.refs import Ref
 from pipelines.engine.run import run
-from pipelines.engine.store import Ref, Store, get
+from pipelines.engine.store import Store, get
 from tests.support.numbers import GRAPH, Numbers, Scale
 
 ROOT = Path(__file__).resolve().parents[2]

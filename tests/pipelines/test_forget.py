@@ -13,7 +13,8 @@ from pipelines import cli
 from pipelines.engine import forget as forget_module
 from pipelines.engine.forget import forget, ref_of
 from pipelines.engine.memo import memo
-from pipelines.engine.store import IN_USE_SECONDS, Ref, Store, get, put, using
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import IN_USE_SECONDS, Store, get, put, using
 from pipelines.nodes.values import Blob
 
 

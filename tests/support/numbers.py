@@ -13,7 +13,8 @@ import numpy as np
 from a2v.record import Record
 from pipelines.engine.graph import Step
 from pipelines.engine.memo import measure, memo, note, progress
-from pipelines.engine.store import Ref, get, put
+from pipelines.engine.refs import Ref
+from pipelines.engine.store import get, put
 
 
 @dataclass(frozen=True, kw_only=True)

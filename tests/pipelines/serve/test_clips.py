@@ -12,7 +12,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.rendering import write_video
 from pipelines.engine.memo import refs_within
-from pipelines.engine.store import File
+from pipelines.engine.refs import File
 from pipelines.serve.wishes import Wish
 from tests.support.page import Server
 

@@ -1,0 +1,111 @@
+"""Refs: names of stored values by their content, and how a record of a call writes them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from a2v.io import read_bytes
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Ref(Generic[T]):
+    """Names a stored value of type T by the digest of its bytes (40 hex digits).
+
+    `source` is what messages call a user's file; it takes no part in equality or in keys.
+    """
+
+    digest: str
+    source: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        if len(self.digest) != 40 or not set(self.digest) <= set("0123456789abcdef"):
+            raise ValueError(f"'{self.digest}' is no digest")
+
+
+@dataclass(frozen=True)
+class File:
+    """A file that enters the pipeline by its content; the path takes no part in equality or in
+    keys."""
+
+    path: str
+    digest: str
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str], *, limit: int = 1 << 30) -> File:
+        """Digest the file at `path`.
+
+        Raises
+        ------
+        InputError
+            It cannot be read, or is larger than `limit` bytes.
+        """
+        return cls(os.path.abspath(path), digest_of(read_bytes(path, limit=limit)))  # noqa: PTH100 (keeps symbolic links)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, File) and other.digest == self.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+def digest_of(data: bytes) -> str:
+    """Forty hex digits of BLAKE2b."""
+    return hashlib.blake2b(data, digest_size=20).hexdigest()
+
+
+def refs_in(value: Any) -> Iterator[Ref[Any]]:
+    """Every ref inside lists, tuples and object arrays."""
+    if isinstance(value, Ref):
+        yield value
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from refs_in(item)
+    elif isinstance(value, np.ndarray):
+        for item in value.ravel().tolist():
+            yield from refs_in(item)
+
+
+def encode(value: Any) -> Any:
+    """Write refs, and lists, tuples and object arrays of them, as JSON; `decode` reads them back.
+
+    Raises
+    ------
+    TypeError
+        `value` holds something else.
+    """
+    if isinstance(value, Ref):
+        return {"ref": value.digest}
+    if isinstance(value, tuple):
+        return {"tuple": [encode(item) for item in value]}
+    if isinstance(value, list):
+        return {"list": [encode(item) for item in value]}
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return {
+            "array": [encode(item) for item in value.ravel().tolist()],
+            "shape": list(value.shape),
+        }
+    raise TypeError(
+        f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays "
+        "of refs"
+    )
+
+
+def decode(value: dict[str, Any]) -> Any:
+    """Refs, and lists, tuples and object arrays of them, out of a record."""
+    if "ref" in value:
+        return Ref(value["ref"])
+    if "tuple" in value:
+        return tuple(decode(item) for item in value["tuple"])
+    if "list" in value:
+        return [decode(item) for item in value["list"]]
+    array = np.empty(len(value["array"]), dtype=object)
+    array[:] = [decode(item) for item in value["array"]]
+    return array.reshape(value["shape"])

@@ -58,13 +58,11 @@ class MotionModel:
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
         if not path.is_file():
             raise InputError(
-                f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file "
-                "exported by a2v"
+                f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v"
             )
         if path.suffix == ".pt":
             raise InputError(
-                f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate "
-                "and a2v survey take the baseline.pt of a2v train baseline"
+                f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate and a2v survey take the baseline.pt of a2v train baseline"
             )
         return cls(path, read_card(path))
 
@@ -164,8 +162,7 @@ class MotionModel:
         """
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(
-                f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; "
-                "ask for more frames"
+                f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames"
             )
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
         joints, rotations = self.sampler.generate(
@@ -397,6 +394,6 @@ class MotionModel:
             action=",".join(names),
             seed=seed,
             provenance={
-                "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,  # noqa: E501
+                "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,
             },
         )  # fmt: skip

@@ -25,8 +25,6 @@ LONG_FUNCTIONS: dict[str, str] = {
     "a2v/reconstruction/color.py:color_surface": "half of it is docstring; its five steps hand on eight arrays",
     "a2v/geometry/simplify.py:_collapse": "one compiled loop (numba): its inner functions share the lists of corners and the heap",
     "pipelines/engine/run.py:run": "half of it is what its twelve arguments mean",
-    "a2v/rendering/camera.py:follow_cameras": "to be shortened",
-    "a2v/rendering/stickfigure/plots.py:plot_rows": "to be shortened",
     "export/sample.py:bvh": "to be shortened",
 }
 #: What takes more parameters, and why.
@@ -44,9 +42,6 @@ LONG_FILES: dict[str, str] = {
     "a2v/lab/studio/makehuman/people.py": "to be split",
     "a2v/lab/studio/rooms.py": "to be split",
     "a2v/lab/studio/scene.py": "to be split",
-    "a2v/reconstruction/extraction.py": "to be split",
-    "a2v/rendering/scene.py": "to be split",
-    "a2v/rendering/tracer.py": "to be split",
     "export/sample.py": "one file that needs nothing of this project: it is copied alone",
 }
 

@@ -329,32 +329,44 @@ def follow_cameras(
         [subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing],
         axis=0,
     )
-    found: dict[str, tuple[ViewCamera, ...]] = {}
-    for camera in (one for one in (*standing, TURNTABLE, *cameras) if one.name in settings.views):
-        if camera.origin is not None:
-            aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
-            found[camera.name] = tuple(
-                ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov)
-                for aim in aims
-            )
-            continue
-        targets, toward = (
-            subject.path if camera.follow else subject.still,
-            camera.toward(frames, front),
+    found = {
+        camera.name: _move_camera(
+            camera, subject, front, needed=needed if camera in standing else None
         )
-        own = needed if camera in standing else subject.least_distances(targets, toward, camera.fov)
-        eases = camera.follow and (camera in standing or camera is TURNTABLE)
-        distances = (
-            subject.eased_distances(own, camera.fov)
-            if eases
-            else np.full(frames, camera.distance or own.max())
-        )
-        origins = targets + distances[:, None] * toward
-        found[camera.name] = tuple(
-            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
-            for origin, target in zip(origins, targets, strict=True)
-        )
+        for camera in (*standing, TURNTABLE, *cameras)
+        if camera.name in settings.views
+    }
     return {view: found[view] for view in settings.views}
+
+
+def _move_camera(
+    camera: CameraPath, subject: Subject, front: float, *, needed: FloatArray | None
+) -> tuple[ViewCamera, ...]:
+    """The camera of each of the T frames along one path.
+
+    `front` is where azimuth 0 is, degrees about +y from +z. `needed` (T,) are the distances in
+    meters that the four standing views share; None: the path has distances of its own.
+    """
+    frames = len(subject.path)
+    if camera.origin is not None:
+        aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
+        return tuple(
+            ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims
+        )
+    targets = subject.path if camera.follow else subject.still
+    toward = camera.toward(frames, front)
+    own = subject.least_distances(targets, toward, camera.fov) if needed is None else needed
+    eases = camera.follow and (needed is not None or camera is TURNTABLE)
+    distances = (
+        subject.eased_distances(own, camera.fov)
+        if eases
+        else np.full(frames, camera.distance or own.max())
+    )
+    origins = targets + distances[:, None] * toward
+    return tuple(
+        ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
+        for origin, target in zip(origins, targets, strict=True)
+    )
 
 
 def mean_facing(facing: FloatArray, frames: int) -> float:

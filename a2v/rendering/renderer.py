@@ -16,8 +16,9 @@ from a2v.rendering.denoising import Layers, denoise, denoise_parts
 from a2v.rendering.empty import Empty, empty_stage, rays
 from a2v.rendering.ground import kept_light
 from a2v.rendering.matter import matter_of
+from a2v.rendering.person_mesh import mesh_object, render_mesh
 from a2v.rendering.region import boxes, region
-from a2v.rendering.scene import LookSettings, mesh_object, render_mesh, stage
+from a2v.rendering.scene import LookSettings, stage
 from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface

@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.lamps import Lamps
 from a2v.rendering.matter import Hit
+from a2v.rendering.opaque import opaque_integer, opaque_number, opaque_numbers
 from a2v.rendering.scene import LookSettings
 from a2v.types import FloatArray, IntArray
 
@@ -72,7 +74,7 @@ class Tracer:
 
         def light(lanes: _Lanes) -> list[Any]:
             return self._light(
-                lanes.pair(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera)
+                lanes.pair(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
         means = self._means(light, pixels, samples // 2, seed) / 2
@@ -110,7 +112,7 @@ class Tracer:
 
         def light(lanes: _Lanes) -> list[Any]:
             return self._under(
-                lanes.ray(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera)
+                lanes.ray(camera, size), lanes.draws, Lamps.of(self._mi, self._settings, camera)
             )
 
         return self._means(light, pixels, samples, seed, steps)
@@ -135,7 +137,7 @@ class Tracer:
         )
         for at in range(0, len(pixels), step):
             part = pixels[at : at + step]
-            count = _whole(mi, samples)
+            count = opaque_integer(mi, samples)
             lane = dr.arange(mi.UInt32, len(part) * samples)
             slot = lane // count
             pixel = dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot)
@@ -143,8 +145,8 @@ class Tracer:
                 mi,
                 lane - slot * count,
                 pixel,
-                _whole(mi, mask),
-                _whole(mi, seed),
+                opaque_integer(mi, mask),
+                opaque_integer(mi, seed),
                 self._sobol(mi, 2 * mask + 2),
             )
             width = (
@@ -159,7 +161,7 @@ class Tracer:
             )
         return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
 
-    def _light(self, rays: list[Any], draws: _Draws, lamps: _Lamps) -> list[Any]:
+    def _light(self, rays: list[Any], draws: _Draws, lamps: Lamps) -> list[Any]:
         """Light and albedo (3 each) and hit of the person, the sums over two camera rays."""
         import drjit as dr
 
@@ -190,7 +192,7 @@ class Tracer:
             ]
         return sums
 
-    def _under(self, ray: Any, draws: _Draws, lamps: _Lamps) -> list[Any]:
+    def _under(self, ray: Any, draws: _Draws, lamps: Lamps) -> list[Any]:
         """Irradiance over pi (3) where rays meet the plane of the ground, NaN elsewhere."""
         import drjit as dr
 
@@ -207,7 +209,7 @@ class Tracer:
         return [dr.select(down, value, dr.nan) for value in light + around]
 
     def _direct(
-        self, si: Any, normal: Any, points: list[Any], lamps: _Lamps, hit: Any, made: Hit | None
+        self, si: Any, normal: Any, points: list[Any], lamps: Lamps, hit: Any, made: Hit | None
     ) -> tuple[Any, Any]:
         """What sun and lamp give, from a point of each: irradiance over pi, and light that is
         mirrored."""
@@ -223,7 +225,7 @@ class Tracer:
         return light, gloss
 
     def _indirect(
-        self, si: Any, normal: Any, draws: _Draws, lamps: _Lamps, hit: Any
+        self, si: Any, normal: Any, draws: _Draws, lamps: Lamps, hit: Any
     ) -> tuple[Any, Any, Any]:
         """Irradiance over pi from the sky and from what it is hidden by, the ray that asked, and
         where it met nothing."""
@@ -349,174 +351,14 @@ class _Lanes:
         return _primary(self.mi, self.pixel, at, camera, size)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Lamps:
-    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance
-    squared over cosines; `fill` is the sky's light overhead, `rest` what the horizon's has more."""
-
-    mi: Any
-    center: tuple[Any, Any]
-    across: tuple[tuple[Any, Any], tuple[Any, Any]]
-    normal: tuple[Any, Any]
-    power: tuple[Any, Any]
-    fill: Any
-    rest: Any
-    haze: Any
-
-    @classmethod
-    def of(cls, mi: Any, look: LookSettings, camera: ViewCamera) -> _Lamps:
-        """The lamp follows the camera's target."""
-        lights = (look.sun_light, look.spot_light(camera.target))
-        sides = [light.axes * light.radius for light in lights]
-        sides[0][
-            1
-        ] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
-        vectors = [
-            vector
-            for light, two in zip(lights, sides, strict=True)
-            for vector in (light.center, *two, light.normal)
-        ]
-        c, a, b, n, sc, sa, sb, sn = (mi.Vector3f(*_numbers(mi, value)) for value in vectors)
-        overhead = look.sky(np.array(np.inf))
-        sun_power, spot_power, fill, rest = (
-            mi.Color3f(*_numbers(mi, v))
-            for v in (*(light.power for light in lights), overhead, look.fill - overhead)
-        )
-        return cls(
-            mi=mi,
-            center=(c, sc),
-            across=((a, b), (sa, sb)),
-            normal=(n, sn),
-            power=(sun_power, spot_power),
-            fill=fill,
-            rest=rest,
-            haze=None if look.zenith is None else _number(mi, -1 / look.haze),
-        )
-
-    def sky(self, way: Any) -> Any:
-        """Light from the sky in directions `way` (`LookSettings.sky`)."""
-        import drjit as dr
-
-        return (
-            self.fill
-            if self.haze is None
-            else self.fill + self.rest * dr.exp(dr.maximum(way.y, 0) * self.haze)
-        )
-
-    def sun(
-        self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
-    ) -> tuple[Any, Any]:
-        """What the sun gives, one sample: irradiance over pi, and light that what is there (`made`)
-        mirrors."""
-        return self._one(0, scene, si, normal, draw, active, made)
-
-    def spot(
-        self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None
-    ) -> tuple[Any, Any]:
-        """What the lamp gives, as `sun`."""
-        return self._one(1, scene, si, normal, draw, active, made)
-
-    def _one(
-        self, which: int, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None
-    ) -> tuple[Any, Any]:
-        import drjit as dr
-
-        disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        way = (
-            self.center[which]
-            + self.across[which][0] * disk.x
-            + self.across[which][1] * disk.y
-            - self.mi.Vector3f(si.p)
-        )
-        square = dr.squared_norm(way)
-        length = dr.sqrt(square)
-        way /= length
-        here, there = dr.dot(way, normal), -dr.dot(way, self.normal[which])
-        active = active & (here > (0 if made is None else made.least())) & (there > 0)
-        ray = si.spawn_ray(way)
-        if made is not None:
-            ray = made.raised(ray)
-        ray.maxt = length * (1 - 1e-3)
-        light = dr.select(
-            active & ~scene.ray_test(ray, active), self.power[which] * (there / square), 0.0
-        )
-        return (
-            (light * here, self.mi.Color3f(0))
-            if made is None
-            else (light * made.falloff(here), light * made.gloss(way, here))
-        )
-
-    def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
-        """Irradiance over pi from all three, with one ray to one of them.
-
-        What the three give unhidden is known, so that half of it is taken for sure, and three times
-        what the ray finds more or less than half is added (a control variate): less noise than
-        three times what the ray finds.
-        """
-        import drjit as dr
-
-        pick = draw.x * 3
-        chosen = dr.floor(pick)
-        draw = self.mi.Point2f(pick - chosen, draw.y)
-        disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        way = self.mi.Frame3f(normal).to_world(self.mi.warp.square_to_cosine_hemisphere(draw))
-        light, reach = self.sky(way), self.mi.Float(1e5)
-        total = light
-        for which in (0, 1):
-            toward = (
-                self.center[which]
-                + self.across[which][0] * disk.x
-                + self.across[which][1] * disk.y
-                - self.mi.Vector3f(si.p)
-            )
-            square = dr.squared_norm(toward)
-            length = dr.sqrt(square)
-            toward /= length
-            here, there = dr.dot(toward, normal), -dr.dot(toward, self.normal[which])
-            given = dr.select(
-                (here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0
-            )
-            total = total + given  # not in place: it began as the sky's
-            this = chosen == float(which)
-            way, light, reach = (
-                dr.select(this, a, b)
-                for a, b in ((toward, way), (given, light), (length * (1 - 1e-3), reach))
-            )
-        ray = si.spawn_ray(way)
-        ray.maxt = reach
-        found = dr.select(scene.ray_test(ray, active), -1.5, 1.5) * light
-        return dr.select(active, 0.5 * total + found, 0.0)
-
-
 def _primary(mi: Any, pixel: Any, at: Any, camera: ViewCamera, size: int) -> Any:
     import drjit as dr
 
-    width, half = _whole(mi, size), _number(mi, size / 2)
-    unit = _number(mi, np.tan(np.radians(camera.fov) / 2) / (size / 2))
-    right, up, backward = (mi.Vector3f(*_numbers(mi, axis)) for axis in camera.axes)
+    width, half = opaque_integer(mi, size), opaque_number(mi, size / 2)
+    unit = opaque_number(mi, np.tan(np.radians(camera.fov) / 2) / (size / 2))
+    right, up, backward = (mi.Vector3f(*opaque_numbers(mi, axis)) for axis in camera.axes)
     u, v = mi.Float(pixel % width) + at.x - half, mi.Float(pixel // width) + at.y - half
     return mi.Ray3f(
-        mi.Point3f(*_numbers(mi, camera.origin)),
+        mi.Point3f(*opaque_numbers(mi, camera.origin)),
         dr.normalize(right * (u * unit) - up * (v * unit) - backward),
     )
-
-
-def _number(mi: Any, value: float) -> Any:
-    """A number that may change without a new kernel."""
-    import drjit as dr
-
-    number = mi.Float(float(value))
-    dr.make_opaque(number)
-    return number
-
-
-def _numbers(mi: Any, values: Any) -> list[Any]:
-    return [_number(mi, value) for value in values]
-
-
-def _whole(mi: Any, value: int) -> Any:
-    import drjit as dr
-
-    number = mi.UInt32(int(value))
-    dr.make_opaque(number)
-    return number

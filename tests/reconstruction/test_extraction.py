@@ -11,12 +11,11 @@ from a2v.geometry.mesh import is_closed, keep_pieces
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.extraction import (
     ExtractionSettings,
-    even_out,
     extract_surface,
     mesh_grid,
     sample_field,
-    self_intersections,
 )
+from a2v.reconstruction.remeshing import even_out, self_intersections
 
 BOX = np.array([[-0.32, -0.5, -0.2], [0.32, 0.5, 0.2]])
 TALL = np.array([[-0.3, -0.9, -0.2], [0.3, 0.9, 0.2]])

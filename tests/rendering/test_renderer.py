@@ -8,7 +8,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.rendering import LookSettings, Renderer, ViewCamera, denoise, follow_cameras
-from a2v.rendering.scene import render_mesh
+from a2v.rendering.person_mesh import render_mesh
 from a2v.types import RenderSettings, Surface
 from tests.support.blocks import RED, block
 

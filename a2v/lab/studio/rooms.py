@@ -19,7 +19,7 @@ from a2v.lab.studio.stand import draw_outfit, prepare_avatar
 from a2v.lab.studio.streams import Stream
 from a2v.record import Record
 from a2v.rendering.denoising import Layers, denoise
-from a2v.rendering.scene import mesh_object, render_mesh
+from a2v.rendering.person_mesh import mesh_object, render_mesh
 from a2v.rendering.variant import activate
 from a2v.types import ByteArray, FloatArray, Surface
 

@@ -15,12 +15,13 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import person_box, silhouette_iou, visible_vertices
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.reconstruction.body_prior.surface import dress
-from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
+from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.guide_depths import moved_body
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.limits import BAND, ShellLimits
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.relief import follow_normals
+from a2v.reconstruction.remeshing import without_crossings
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08

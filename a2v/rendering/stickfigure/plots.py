@@ -22,7 +22,7 @@ from a2v.rendering.stickfigure.artists import (
     single_clips,
     titles_of,
 )
-from a2v.types import FloatArray, Motion
+from a2v.types import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,11 +69,7 @@ def plot_rows(
         )
     names = titles_of(titles, clips)
     picks = [np.linspace(0, clip.frames - 1, poses).round().astype(int) for clip in clips]
-    ground = np.array([1.0, 0.0, 1.0])
-    shown = [
-        clip.joints[at] - clip.root[at][:, None] * ground
-        for clip, at in zip(clips, picks, strict=True)
-    ]
+    shown = [_above_origin(clip, at) for clip, at in zip(clips, picks, strict=True)]
     spot = ground_grid(
         np.array([-0.4, -0.4]), np.array([0.4, 0.4]), dataclasses.replace(settings, cell=0.4)
     )
@@ -99,19 +95,23 @@ def plot_rows(
             )
             if index == len(clips) - 1:
                 place = (label + cell * (column - low[0] / pitch)) / width
-                figure.text(
-                    place,
-                    0.06 / total,
-                    f"{frame / clip.fps:.1f} s",
-                    ha="center",
-                    fontsize=7,
-                    color="#777777",
-                )
+                _write_time(figure, place, 0.06 / total, frame / clip.fps)
         if names[index]:
             figure.text(
                 0.1 / width, box[1] + box[3] / 2, _wrapped(names[index]), va="center", fontsize=8
             )
     return figure
+
+
+def _above_origin(clip: Motion, at: IntArray) -> FloatArray:
+    """Joints (P, J, 3) of the frames `at` (P,), meters, moved along the ground so that the root is
+    above the origin."""
+    return np.asarray(clip.joints[at] - clip.root[at][:, None] * np.array([1.0, 0.0, 1.0]))
+
+
+def _write_time(figure: Figure, x: float, y: float, seconds: float) -> None:
+    """Write a time under a pose, centered at `x`; `x` and `y` are fractions of the figure."""
+    figure.text(x, y, f"{seconds:.1f} s", ha="center", fontsize=7, color="#777777")
 
 
 def _bounds(

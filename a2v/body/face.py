@@ -174,8 +174,10 @@ def texture_corners(faces: IntArray) -> FloatArray:
 
 
 def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
-    """Faces (m, 3) and, over each hole that they leave, the shortest strip that alternates between
-    its sides."""
+    """Return the faces (m, 3) with each hole closed by a strip of triangles.
+
+    The strip alternates between the two sides of the hole; the shortest one is chosen.
+    """
     caps: list[tuple[int, int, int]] = []
     for loop in border_loops(faces):
         turned = [np.roll(loop, -start) for start in range(len(loop))]

@@ -257,8 +257,10 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
 
 
 def shapes_differ(fits: Sequence[FitResult]) -> float:
-    """How far the bodies of fits to single photos are apart at rest, meters: the largest mean
-    distance of their vertices."""
+    """Return the largest difference between the bodies of fits to single photos, meters.
+
+    The difference of two bodies is the mean distance of their vertices in the rest pose.
+    """
     import torch
 
     model = load_body_model()

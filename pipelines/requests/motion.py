@@ -282,7 +282,7 @@ class LengthOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanOptions(LengthOptions, ActionOptions):
-    """Options for the action, its length and its path."""
+    """Options for the action and its length."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -214,7 +214,8 @@ class Evidence:
     def doubted(self, height: float) -> Evidence:
         """Return the evidence with little weight for the detector.
 
-        It is for landmarks that do not fit the mask. The person has another standing `height`, pixels.
+        It is for landmarks that do not fit the mask. The person has another standing
+        `height`, pixels.
         """
         nothing = np.zeros_like(self.depth_confidence)
         return dataclasses.replace(

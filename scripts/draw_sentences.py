@@ -6,8 +6,9 @@
 
 Docstrings are those of the modules, classes and functions of `a2v`, `pipelines` and `export`. Help
 lines are those that the commands print for `--help-all`. Messages are those of
-[docs/refusals.md](../docs/refusals.md). Each kind is sorted by file and name before the draw, and
-has its own random generator, so a rewritten text does not change which others are drawn.
+[docs/refusals.md](../docs/refusals.md). Each kind is sorted by file and name before the draw,
+and has its own random generator. A rewritten docstring or message does not change which others are
+drawn. Help lines with the same text count once, so a rewritten one can change the draw.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ def _without_dynamo(optimizer: Any) -> None:
 
     Two of the class's methods are wrapped so that the compiler skips them. At its first call, the
     wrapper imports the compiler, unless the method already has the attribute `_DYNAMO`. Nothing
-    here is compiled, so the attribute is set to the method itself. If another version of PyTorch wraps
-    in another way, it imports the compiler as usual.
+    here is compiled, so the attribute is set to the method itself. If another version of PyTorch
+    wraps in another way, it imports the compiler as usual.
     """
     for name in ("add_param_group", "zero_grad"):
         method = getattr(getattr(optimizer, name), "__wrapped__", None)

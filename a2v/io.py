@@ -288,7 +288,7 @@ def parse_json(data: bytes, source: object, expected: str) -> Any:
         raise InputError(f"{source} is no text file; expected {expected}") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise InputError(
-            f"{source} is no JSON that can be used ({shorten(error)}); expected {expected}"
+            f"{source} cannot be read as JSON ({shorten(error)}); expected {expected}"
         ) from None
 
 

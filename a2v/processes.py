@@ -56,8 +56,9 @@ def _guarded(code: str) -> str:
 
 @contextlib.contextmanager
 def safe_children() -> Iterator[None]:
-    """Inside the block, interpreters that are started, `multiprocessing`'s among them, import
-    nothing from the working folder.
+    """Keep interpreters that are started in the block from importing from the working folder.
+
+    This includes the workers of `multiprocessing`.
 
     A worker of `multiprocessing` takes over the parent's `sys.path` before it imports what it is to
     run.

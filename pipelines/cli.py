@@ -1,17 +1,19 @@
-"""The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and
+"""The command ``a2v``: find the module of a subcommand, run it, and turn errors into one line and
 an exit code.
 
 A command is a module of `pipelines.commands` or `pipelines.lab` with ``HELP`` (one line),
 ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`) and ``run(options) ->
-Answer``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v
-evaluate reconstruction`` is the module ``evaluate_reconstruction``; a command that only has such
-parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
+Answer``; only the requested
+module is imported, so that ``a2v --help`` is fast. ``a2v evaluate reconstruction`` is the module
+``evaluate_reconstruction``. A command that only groups such parts lists them in ``SUBCOMMANDS`` and
+has no ``Options``.
 
-With ``--json`` standard output is one JSON object, of a failure too (`pipelines.answer`); what
-people read stays on standard error.
+With ``--json``, standard output is one JSON object, also after a failure (`pipelines.answer`). Text
+for people goes to standard error.
 
-Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is missing
-here that the user can add; 130 Ctrl-C; 141 nobody reads the output any more; 143 terminated.
+Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is
+missing that the user can add; 130 Ctrl-C; 141 the reader of the output has closed it; 143
+terminated.
 """
 
 from __future__ import annotations

@@ -225,14 +225,16 @@ def _parser(
     hidden = {action.dest: _level(action.dest, levels) for action in parser._actions}
     if any(hidden[name] for name in hidden if name not in ("print_config", "json")):
         parser.add_argument(
-            "--help_all", action="store_true", help="every option, the settings of the stages too"
+            "--help_all",
+            action="store_true",
+            help="every option, including the settings of the stages",
         )
     within = sum(found == 2 for found in hidden.values())
     if within:
         parser.add_argument(
             "--help_lab",
             action="store_true",
-            help=f"those and {within} settings of how the stages work within, for research",
+            help=f"also {within} internal settings of the stages, for research",
         )
     for action in parser._actions:
         if hidden.get(action.dest, int(action.dest == "help_lab")) > level:

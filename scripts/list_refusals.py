@@ -161,14 +161,19 @@ def template(node: ast.expr) -> str:
 
 
 def refusals(path: Path) -> Iterator[str]:
-    """The messages of one file in the order of its lines, without those that are all value."""
+    """The messages of one file, without those that consist of values only."""
+    return (text for _, text in placed_refusals(path))
+
+
+def placed_refusals(path: Path) -> Iterator[tuple[int, str]]:
+    """The messages of one file with their line numbers."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if not isinstance(node, ast.Call) or not node.args:
             continue
         if getattr(node.func, "id", getattr(node.func, "attr", "")) in ERRORS:
             text = " ".join(template(node.args[0]).split())
             if sum(word.isalpha() for word in text.split()) >= LEAST_WORDS:
-                yield text
+                yield node.lineno, text
 
 
 def topic_of(name: str) -> Topic:

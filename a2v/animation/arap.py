@@ -181,7 +181,10 @@ class ArapSolver:
 
 
 def _moments(x: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> Any:
-    """Plain loops, compiled by numba: (V, 3, 3)."""
+    """Return the covariance (V, 3, 3) of each vertex's edges before and after the deformation.
+
+    Written as plain loops for numba.
+    """
     out = np.empty((len(rest), 3, 3))
     for i in range(len(rest)):
         x0, x1, x2, s0, s1, s2 = x[i, 0], x[i, 1], x[i, 2], rest[i, 0], rest[i, 1], rest[i, 2]

@@ -41,7 +41,9 @@ def standing_character(surface: Surface, body: Body) -> Character:
     """
     standing = surface.standing
     if standing is None:
-        raise InputError("the surface is known in the photo's pose alone; bind it to the body")
+        raise InputError(
+            "the surface has no standing pose, only that of the photo; bind it to the body"
+        )
     still = standing_body(body)
     root = still.bone_transforms[0, :3, 3]
     shift = np.array([-root[0], -float(standing.vertices[:, 1].min()), -root[2]], np.float32)

@@ -50,8 +50,8 @@ class BlinkSettings:
             or not 0 <= self.closed <= 2
         ):
             raise InputError(
-                "blink.closing, closed, opening and least are times of up to 2 seconds; expected "
-                "more than 0 (closed: or 0)"
+                f"blink.closing is {self.closing}, closed {self.closed}, opening {self.opening}, "
+                f"least {self.least}; expected over 0 and at most 2 seconds (closed may be 0)"
             )
         if self.seed < 0:
             raise InputError(f"blink.seed is {self.seed}; expected 0 or more")

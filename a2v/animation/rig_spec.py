@@ -92,18 +92,18 @@ class RigEnd:
 
 @dataclass(frozen=True, kw_only=True)
 class RigSpec:
-    """A rig that an animators' tool knows.
+    """A rig of another program.
 
     Attributes
     ----------
     name : str
     title : str
-        What people call it.
+        Display name.
     rest : str
         "T" or "A" (Anny's own rest pose, arms 45 degrees down).
     along, toward : str
-        Axes of the bones such as "+y": the one along the bone, and the one that `RigBone.toward`
-        aims. Empty for axes that are the world's in the rest pose.
+        Local axes of the bones, such as "+y": `along` points along the bone, `toward` points to
+        `RigBone.toward`. Empty if the axes in the rest pose are the world's.
     mirrored : bool
         Bones of the right side have both axes reversed.
     root : str
@@ -111,13 +111,13 @@ class RigSpec:
     bones : tuple of RigBone
         Parents first, without the root.
     ends : tuple of RigEnd
-        They stand behind all other bones.
+        Listed after all other bones.
     visemes : str
-        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets beside ARKit's.
+        Key of `a2v.animation.visemes.NAMINGS`: mouth shapes that are added to ARKit's.
     triangles : int
-        Of the mesh, at most; 0 for what the character has.
+        Largest number of triangles of the mesh; 0 for no limit.
     texture : int
-        Width and height of the texture, texels, at most, where `triangles` are given.
+        Largest width and height of the texture, texels, if `triangles` is given.
     """
 
     name: str

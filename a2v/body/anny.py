@@ -89,8 +89,10 @@ class AnnyModel(BodyModel):
         self.data = data
 
     def _fold(self, components: IntArray, projection: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Merge components that differ only in phenotypes that the model does not expose (these
-        keep their middle value)."""
+        """Merge components that differ only in phenotypes that the model does not expose.
+
+        These phenotypes keep their middle value.
+        """
         fixed: dict[int, float] = {}
         start = 0
         for name, count in self._counts.items():
@@ -219,8 +221,10 @@ class AnnyModel(BodyModel):
 
     @cached_property
     def _tail_table(self) -> tuple[np.ndarray, list[tuple[int, np.ndarray]]]:
-        """For each bone the child whose head is its tail (or -1), and vertices whose mean is the
-        tail of a leaf."""
+        """Return for each bone the child whose head is its tail, or -1.
+
+        Also return the vertices whose mean is the tail of a bone without a child.
+        """
         template = self._template.numpy()
         heads = self._heads.numpy()
         main = {

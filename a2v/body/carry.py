@@ -50,20 +50,19 @@ class _Goal:
 def carry_over(
     model: BodyModel, source: Body, *, count: int = 1500, rounds: int = 6, steps: int = 20
 ) -> tuple[Body, float]:
-    """The same person in the same pose as a body of `model`: shape and pose that bring its skin and
-    joints onto those of `source`.
+    """Fit a body of `model` to the skin and the joints of `source`.
 
-    Joints first, then the surface as well (nearest points, renewed every round, as in Eq. 17), by
-    L-BFGS.
+    First only joints are matched, then the surface as well (nearest points, updated every round, as
+    in Eq. 17), by L-BFGS.
 
     Parameters
     ----------
     model : BodyModel
-        Its `joint_bones` name the joints that both have.
+        Its `joint_bones` name the joints that both models have.
     source : Body
         A body of the default model, such as `fit_body`'s.
     count : int
-        Vertices that are compared, drawn with a fixed seed.
+        Number of compared vertices; they are drawn with a fixed seed.
     rounds, steps : int
         Rounds, and L-BFGS iterations in each.
 
@@ -110,8 +109,10 @@ def carry_over(
 
 
 def _start(model: BodyModel, root_rotmat: Tensor, goal: _Goal) -> _Unknowns:
-    """The rest pose of the default shape, rotated as the root is (3, 3), its first joint in place;
-    fingers are not free."""
+    """Return the start: the default shape at rest, rotated by the root's rotation (3, 3).
+
+    Its first joint is at the source's. Fingers stay at rest.
+    """
     import torch
 
     rotvecs = torch.zeros(model.n_bones, 3, dtype=torch.float64)

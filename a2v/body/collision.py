@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class LimbBalls:
-    """Balls inside of the body, fixed to bones, and which pairs must keep apart.
+    """Balls inside of the body, fixed to bones, and the pairs that must not overlap.
 
     Their centers and radii are measured on the default shape: for every part, the flesh is cut into
     slices across its longest axis (the torso also into left, middle and right) and each slice gets
@@ -73,7 +73,7 @@ class LimbBalls:
         self._pairs = torch.tensor(pairs).T
 
     def penetration(self, state: BodyState) -> torch.Tensor:
-        """Overlap (..., P) of every pair in meters, zero where they keep apart."""
+        """Return the overlap (..., P) of every pair, meters; 0 if they do not overlap."""
         transforms = state.transforms[..., self._bones, :, :]
         points = (transforms[..., :3, :3] @ self._centers.to(transforms)[..., None])[
             ..., 0
@@ -86,5 +86,5 @@ class LimbBalls:
 
 @lru_cache(maxsize=1)
 def limb_balls(model: AnnyModel) -> LimbBalls:
-    """The balls of a model, measured once."""
+    """Measure the balls of a model; cached."""
     return LimbBalls(model)

@@ -1,4 +1,4 @@
-"""Judge a fit without the truth: whether it looks wrong, and expected errors of its limbs."""
+"""Judge a fit without ground truth: whether it looks wrong, and expected errors of its limbs."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Suspicion:
     overlap : float
         Intersection over union of the silhouettes below which the fit looks wrong.
     other_landmarks : float
-        The same below which the landmarks are taken to be wrong even if the body agrees with them:
-        no skirt is wide enough to explain it.
+        Overlap below which the landmarks count as wrong even if the body agrees with them. Not even
+        a wide skirt gives so small an overlap.
     uneasy_mean, uneasy_overlap : float
-        A fit looks wrong as well if the mean distance is over the first and the overlap is below
-        the second. A skirt changes only the overlap.
+        A fit also looks wrong if the mean distance is over the first and the overlap is below the
+        second. A skirt changes only the overlap.
     """
 
     mean: float = 0.02
@@ -58,12 +58,12 @@ on 58 of people and clips that its network never saw (docs/research/fitting.md).
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether by its `FitResult.residuals` a body does not lie on the person."""
+    """Whether the `FitResult.residuals` show that the body does not match the person."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether by the residuals the detector's landmarks do not lie on the person either."""
+    """Whether the residuals show that the detector's landmarks do not match the person either."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.other_landmarks
 
 
@@ -131,7 +131,7 @@ def limb_errors(
 
 
 def doubts(residuals: Mapping[str, Any]) -> list[str]:
-    """At most one sentence for the user: which part of a fit is uncertain, and what to do."""
+    """Return at most one note for the user: which part of a fit is uncertain, and what to do."""
     if looks_wrong(residuals):
         worst = max(residuals["keypoints"], key=residuals["keypoints"].get).replace("_", " ")
         overlap = (

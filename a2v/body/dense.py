@@ -1,5 +1,4 @@
-"""Dense evidence: vertices of the body, and where in the photo and how deep each of them is seen
-(`a2v.types.BodyMap`)."""
+"""Dense evidence from a `a2v.types.BodyMap`: pixel and depth of many vertices of the body."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ class DenseEvidence:
     depths : (n,)
         Pixels, larger is nearer; the origin is unknown.
     weights, depth_weights : (n,)
-        How sure place and depth are, from 0 to 1.
+        Confidence of position and depth, from 0 to 1.
     """
 
     vertex_ids: IntArray

@@ -1,5 +1,4 @@
-"""Evidence of a photo about a body: keypoints, depths along the limbs, the mask, and standing
-legs."""
+"""Evidence for a body in a photo: keypoints, depths along the limbs, the mask, standing legs."""
 
 from __future__ import annotations
 
@@ -79,12 +78,12 @@ _SIDE_LEAST = 0.02
 
 @dataclass(frozen=True, eq=False)
 class UserHints:
-    """What the user has given; it overrides the rest of the evidence.
+    """Values given by the user. They override the rest of the evidence.
 
     Attributes
     ----------
     landmarks : (n,) int
-        Landmarks that lie where `Evidence.pixels` has them.
+        Landmarks whose `Evidence.pixels` are exact.
     bones : (m, 2) int
         Landmarks at the near and the far end of limbs whose side is given.
     signs : (m,)
@@ -100,7 +99,7 @@ class UserHints:
 
     @classmethod
     def of(cls, subject: Subject, evidence: Evidence) -> UserHints | None:
-        """The hints of a subject; None if the user gave none."""
+        """Return the hints of a subject; None if the user gave none."""
         if subject.given is None and subject.sides is None:
             return None
         given = (
@@ -214,8 +213,11 @@ class Evidence:
         return inside
 
     def doubted(self, height: float) -> Evidence:
-        """The same with little trust in the detector, for a person of another standing `height`,
-        pixels: its landmarks do not fit the mask."""
+        """Return the evidence with little weight for the detector.
+
+        It is for landmarks that do not fit the mask. The person has another standing
+        `height`, pixels.
+        """
         nothing = np.zeros_like(self.depth_confidence)
         return dataclasses.replace(
             self,
@@ -282,7 +284,7 @@ def _height_without_depth(pixels: FloatArray, confidence: FloatArray) -> float:
 
 
 def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
-    """Turn a subject into numbers that the objective compares with.
+    """Convert a subject to the values that the objective compares with.
 
     Raises
     ------

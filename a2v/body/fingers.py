@@ -77,8 +77,8 @@ def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
 class _Hand:
     """One hand of Anny: its bones, its axes at the fitted pose, and its angles.
 
-    Angles (18,): the hand's turn (3), of index to little finger each knuckle, middle joint and
-    spread, then the thumb inwards, across and its tip.
+    Angles (18,): three for the rotation of the hand. Knuckle, middle joint and spread for each
+    finger from index to little finger. Three for the thumb: inwards, across, and its tip.
     """
 
     ranges = np.array(
@@ -107,8 +107,7 @@ class _Hand:
         return np.asarray(self._posed(transforms, angles[None])[0][0])
 
     def _posed(self, transforms: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """World transforms (K, B, 4, 4), and the fingers' tips (K, 5, 3), for each of angles (K,
-        18)."""
+        """Return world transforms (K, B, 4, 4) and fingertips (K, 5, 3) for angles (K, 18)."""
         out, tips = (
             np.repeat(values[None], len(angles), axis=0) for values in (transforms, self.tips)
         )
@@ -148,8 +147,10 @@ class _Hand:
         return np.concatenate(rows, axis=1)
 
     def solved(self, transforms: FloatArray, seen: FloatArray | None) -> FloatArray:
-        """Angles (18,) that bring the landmarks to the places `seen` (21, 3), and otherwise stay
-        near a relaxed hand's."""
+        """Find angles (18,) that move the landmarks to the positions `seen` (21, 3).
+
+        Angles that the landmarks do not determine stay near those of a relaxed hand.
+        """
         from scipy.optimize import least_squares
 
         relaxed, (low, _, high, spread) = self.middle, self.ranges.T
@@ -174,8 +175,7 @@ class _Hand:
             )
 
         def slopes(unknowns: FloatArray) -> FloatArray:
-            """Forward differences (m, 21), all at once: many hands take little longer than
-            one."""
+            """Return forward differences (m, 21), computed in one batch for speed."""
             changed = misses(
                 np.concatenate([unknowns[None], unknowns + _STEP * np.eye(len(unknowns))])
             )
@@ -207,8 +207,10 @@ def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArra
 def _turn(
     out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, turns: FloatArray
 ) -> None:
-    """Turn a finger's bones (K, B, 4, 4) from one `place` on, and its tips (K, 3), by (K, 3, 3)
-    about the head of the bone there; in place."""
+    """Rotate a finger's bones (K, B, 4, 4) from index `place` on, and its tips (K, 3), in place.
+
+    The rotation (K, 3, 3) is about the head of the bone at `place`.
+    """
     center = out[:, bones[place], :3, 3].copy()
     for bone in bones[place:]:
         out[:, bone, :3, :3] = turns @ out[:, bone, :3, :3]
@@ -217,7 +219,7 @@ def _turn(
 
 
 def reskinned(body: Body, transforms: FloatArray) -> Body:
-    """The body with its bones at `transforms` (B, 4, 4)."""
+    """Return the body with its bones at `transforms` (B, 4, 4)."""
     moved = transforms @ np.linalg.inv(body.bone_transforms.astype(np.float64))
     change = np.einsum("vb,bij->vij", body.weights.astype(np.float64), moved)
     plain = np.concatenate([body.vertices, np.ones((len(body.vertices), 1))], axis=1)

@@ -93,15 +93,15 @@ def fit_body(
     Parameters
     ----------
     subject : Subject
-        Keypoints with confidence 0 count for nothing; NaN in `keypoints_3d` means unknown.
+        Keypoints with confidence 0 are ignored; NaN in `keypoints_3d` means unknown.
     settings : FitSettings, optional
     surface : Surface, optional
         Reconstructed person in the frame of `camera`.
     camera : PhotoCamera or OrthographicCamera, optional
-        Needed with `surface`, which is seen through it; then it stays as it is.
+        Needed with `surface`: its camera, which the fit does not change.
     initial : FitResult, optional
-        Where to start (the fit to the photo alone, in the frame of `camera`); otherwise it is made
-        here.
+        Start of the fit: a fit to the photo alone, in the frame of `camera`. Without it, that fit
+        is made first.
     progress : Progress, optional
 
     Raises
@@ -135,11 +135,11 @@ def fit_body(
 
 
 def _silent(done: int, total: int) -> None:
-    """No progress is shown."""
+    """Report no progress."""
 
 
 def _carried(result: FitResult, model: BodyModel) -> FitResult:
-    """The result as a body of `model`, if that is another one than the fit's own."""
+    """Convert the result to a body of `model` if the fit used another model."""
     if model.name == result.body.model:
         return result
     body, distance = carry_over(model, result.body)
@@ -187,7 +187,7 @@ class Fit:
         return Objective(self.model, self.evidence, self.settings)
 
     def _expecting(self, result: FitResult) -> FitResult:
-        """The same with the expected errors in depth of its limbs, and the best second photo."""
+        """Add the expected errors in depth of the limbs, and the best second photo, to a result."""
         overlap = result.residuals.get("silhouette_iou", 0.8)
         landmarks = self._landmarks(result.body)
         errors = limb_errors(landmarks, self.evidence, result.camera.scale, overlap)
@@ -195,15 +195,18 @@ class Fit:
         return dataclasses.replace(result, residuals={**result.residuals, **expected})
 
     def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
-        """A fit from `start`, in which some limbs are bent differently, if it agrees better with
-        the photo; otherwise, or without a start, the fit so far."""
+        """Fit from `start`, in which some limbs are bent differently.
+
+        Returns this fit if it agrees better with the photo; otherwise, or without a start, the
+        previous fit.
+        """
         if start is None:
             return best
         found = dataclasses.replace(self, progress=_silent).refined(start)
         return found if agrees_better(found.residuals, best.residuals) else best
 
     def _search(self, best: FitResult, objective: Objective) -> FitResult:
-        """The best of a fit and of fits that start from poses of the bank."""
+        """Return the best of a fit and of fits that start from poses of the bank."""
         quiet = dataclasses.replace(self, progress=_silent)
         if guess := guess_by_landmarks(
             objective, self.model, self.evidence, starts=self.settings.starts
@@ -288,7 +291,7 @@ class Fit:
         found: Mapping[str, Any],
         samples: SurfaceSamples | None = None,
     ) -> FitResult:
-        """The body at `unknowns` and its residuals; `found` is copied into the residuals."""
+        """Make the result from `unknowns`; `found` is copied into its residuals."""
         shape = unknowns.shape.detach()
         angles = unknowns.angles.detach().numpy().astype(np.float32)
         standing = self.model.rest(shape)[0]

@@ -12,7 +12,7 @@ def flattened(body: Body, camera: Camera) -> Body:
     """The body in the frame of ``camera.flat``: skin and joints are moved (`PhotoCamera.flatten`),
     bones keep their directions.
 
-    Stages that look through ``camera.flat`` compare with it; it must not be posed.
+    Stages that use ``camera.flat`` compare with this body. It cannot be posed.
     """
     transforms = body.bone_transforms.copy()
     transforms[:, :3, 3] = camera.flatten(transforms[:, :3, 3])

@@ -16,10 +16,10 @@ _DYNAMO = "__dynamo_disable"
 def _without_dynamo(optimizer: Any) -> None:
     """Keep PyTorch from importing its compiler (1.5 s) for the class of an `optimizer`.
 
-    Two of the class's methods are wrapped so that the compiler leaves them alone. The wrapper
-    imports the compiler for that, at its first call, unless the method already has the attribute
-    `_DYNAMO`. Nothing here is compiled, so the method itself is given as the uncompiled one. If
-    another version of PyTorch wraps in another way, it imports the compiler as usual.
+    Two of the class's methods are wrapped so that the compiler skips them. At its first call, the
+    wrapper imports the compiler, unless the method already has the attribute `_DYNAMO`. Nothing
+    here is compiled, so the attribute is set to the method itself. If another version of PyTorch
+    wraps in another way, it imports the compiler as usual.
     """
     for name in ("add_param_group", "zero_grad"):
         method = getattr(getattr(optimizer, name), "__wrapped__", None)

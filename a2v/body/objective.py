@@ -61,7 +61,7 @@ class Objective:
         *,
         surface: SurfaceSamples | None = None,
     ):
-        """With a `surface` the papers' objective (Eq. 15), else that of a photo alone."""
+        """Make the papers' objective (Eq. 15) if `surface` is given, else that of a photo alone."""
         import torch
 
         self.model, self.evidence, self.settings, self.surface = model, evidence, settings, surface
@@ -213,8 +213,11 @@ class Objective:
         return found
 
     def of_poses(self, unknowns: Unknowns, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Many poses (N, D) at once, all else as in `unknowns`: what landmarks and angles alone
-        cost (N,), and the landmarks (N, 33, 3), meters."""
+        """Evaluate many poses (N, D); the other unknowns are those of `unknowns`.
+
+        Returns the cost (N,) of the terms of landmarks and angles, and the landmarks (N, 33, 3),
+        meters.
+        """
         import torch
 
         with torch.no_grad():

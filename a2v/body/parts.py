@@ -106,8 +106,7 @@ def part_of_bone(name: str) -> int:
 
 
 def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
-    """Part (V,) int8 of each vertex: the one whose bones hold most of its skinning weights (V,
-    B)."""
+    """Return the part (V,) int8 of each vertex: that with the largest sum of weights (V, B)."""
     of_bone = np.array([part_of_bone(name) for name in bone_names])
     held = np.stack([weights[:, of_bone == part].sum(axis=1) for part in range(len(PARTS))], axis=1)
     parts: IntArray = held.argmax(axis=1).astype(np.int8)
@@ -115,6 +114,8 @@ def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
 
 
 def on_parts(parts: IntArray, *names: str) -> BoolArray:
-    """Mask of the points, whose parts (V,) are indices into `PARTS`, that lie on parts of these
-    names."""
+    """Return a mask (V,) of the points on the named parts.
+
+    `parts` (V,) are indices into `PARTS`.
+    """
     return np.asarray(np.isin(parts, [PARTS.index(name) for name in names]))

@@ -25,7 +25,7 @@ class CanonicalPlaces:
     Attributes
     ----------
     places : (S, 3) float32
-        From -1 to 1 on each axis; the mirrored body has them with the other sign of x.
+        From -1 to 1 on each axis. Mirroring the body changes the sign of x.
     vertex_ids : (S,) int64
         Vertices of the model that the outer skin keeps (`a2v.body.skin.outer_skin`), in its order.
     """
@@ -36,7 +36,7 @@ class CanonicalPlaces:
 
 @lru_cache(maxsize=1)
 def canonical_places() -> CanonicalPlaces:
-    """The places of the default body model; computed once, don't write to them."""
+    """Return the places of the default body model. They are cached and must not be changed."""
     import torch
 
     model = load_body_model()

@@ -1,4 +1,4 @@
-"""A bank of recorded poses, and the ones among them that a photo's landmarks look like."""
+"""A bank of recorded poses, and a search for those that resemble a photo's landmarks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _HEADINGS = 24
 
 @dataclass(frozen=True, eq=False)
 class PoseBank:
-    """Poses with where their landmarks lie on a body of default shape.
+    """Poses, and their landmarks on a body of default shape.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class PoseBank:
 
 @lru_cache(maxsize=1)
 def load_pose_bank(model: AnnyModel) -> PoseBank:
-    """The shipped bank, posed on the model (a second).
+    """Load the shipped bank and pose the model with it, which takes a second.
 
     Raises
     ------
@@ -105,11 +105,10 @@ class Likeness:
 
 
 def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12) -> list[Likeness]:
-    """The `count` poses, each turned about the vertical, whose landmarks look most like the
-    photo's, the best first.
+    """Find the `count` poses whose landmarks are most similar to the photo's, the best first.
 
-    The landmarks of any two differ by at least `apart` meters on average. The detector's depths
-    count too, robustly and with less weight.
+    Each pose is turned about the vertical. The landmarks of any two results differ by at least
+    `apart` meters on average. The detector's depths count too, robustly and with less weight.
     """
     index = [LANDMARK_INDEX[name] for name in COMPARED]
     weight = evidence.weights[index]
@@ -192,8 +191,11 @@ _BORDER = 0.1
 
 @dataclass(frozen=True)
 class Placed:
-    """A pose of the bank laid into a mask: its number, its orientation, and the camera that sees
-    the middle of its hips at the origin."""
+    """A pose of the bank aligned with a mask.
+
+    It has its number, its orientation, and a camera in whose frame the middle of the hips is the
+    origin.
+    """
 
     number: int
     root: FloatArray
@@ -204,11 +206,10 @@ class Placed:
 def alike_outline(
     bank: PoseBank, mask: MaskField, *, count: int, apart: float = 0.2
 ) -> list[Placed]:
-    """The `count` poses, each turned about the vertical, whose bones lie best in a mask and fill
-    it, the best first.
+    """Find the `count` poses whose bones lie in a mask and fill it best, the best first.
 
-    The landmarks of any two differ by at least `apart` meters on average. The misfit is
-    relative to the height.
+    Each pose is turned about the vertical. The landmarks of any two results differ by at least
+    `apart` meters on average. The misfit is relative to the height.
     """
     rows, columns = np.nonzero(mask.inside)
     if len(rows) < 50:

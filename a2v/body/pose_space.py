@@ -1,7 +1,7 @@
 """The joints that a fit may bend: a few dozen angles with limits, instead of 104 free rotations.
 
 Each angle rotates one bone, or a chain of bones in equal shares (spine, neck), about a fixed
-anatomical axis given in world axes at rest. Limits are soft: the fit pays for passing them.
+anatomical axis given in world axes at rest. Limits are soft: exceeding them adds a cost.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The body models by name.
 
 To add one: write a class that implements `BodyModel` in a new file, add the names of its bones to
-`a2v.body.parts`, and add it to `MODELS`. The fit runs on Anny and is
-carried over to it through its `joint_bones` (`a2v.body.carry`).
+`a2v.body.parts`, and add it to `MODELS`. The fit runs on Anny. Its result is carried over to
+the new model through the `joint_bones` of that model (`a2v.body.carry`).
 """
 
 from __future__ import annotations

@@ -28,8 +28,10 @@ class Guess:
 
 
 def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> Guess:
-    """Camera and orientation from the keypoints, by several starts if no depth is known; the best
-    after a short fit of the joints."""
+    """Estimate camera and orientation from the keypoints.
+
+    If no depth is known, several starts are tried. Returns the best after a short fit of joints.
+    """
     guesses = []
     for unknowns in candidates(evidence, model):
         if evidence.has_depth:
@@ -44,8 +46,10 @@ def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> G
 def guess_by_landmarks(
     objective: Objective, model: AnnyModel, evidence: Evidence, *, starts: int
 ) -> Guess | None:
-    """The best of some poses of the bank that look like the landmarks, after a short fit; None
-    where too few are seen."""
+    """Return the best of some poses of the bank that resemble the landmarks, after a short fit.
+
+    None if too few landmarks are visible.
+    """
     bank, camera = load_pose_bank(model), candidates(evidence, model)[0].camera().flat
     guesses = []
     for like in alike(bank, evidence, count=starts):
@@ -56,8 +60,10 @@ def guess_by_landmarks(
 
 
 def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings) -> Guess | None:
-    """The best of some poses of the bank that fill the mask, after a short fit with little trust in
-    the landmarks; None without a mask."""
+    """Return the best of some poses of the bank that fill the mask, after a short fit.
+
+    The landmarks have little weight in that fit. None without a mask.
+    """
     if evidence.mask is None or not len(evidence.mask.contour):
         return None
     bank, guesses = load_pose_bank(model), []

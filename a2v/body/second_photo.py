@@ -36,9 +36,9 @@ def heading(landmarks: FloatArray) -> float:
 def best_side(errors: Mapping[str, float], turned: float) -> str:
     """The one of `SIDES` from which a second photo would add the most.
 
-    A photo settles a limb's depth by the sine of the angle to the first photo, and a limb on the
-    far side half as well. Without a `DOUBTFUL` limb the side that the first photo does not show
-    counts.
+    A second photo reduces the error of a limb's depth in proportion to the sine of the angle to
+    the first photo; for a limb on the far side, half as much. If no limb is `DOUBTFUL`, the best
+    side is the one most opposite to the first photo.
 
     Parameters
     ----------

@@ -37,9 +37,9 @@ class FitSettings:
     depth_sigma : float
         Expected error of that depth, relative.
     dense_weight : float
-        Weight of where the body map's pixels see a place of the body.
+        Weight of the position at which the body map shows a point of the body.
     dense_depth_weight : float
-        Weight of the depth at which the body map's pixels see a place of the body.
+        Weight of the depth at which the body map shows a point of the body.
     dense_pixels : int
         Number of pixels of the body map that are sampled.
     silhouette_weight : float
@@ -55,11 +55,11 @@ class FitSettings:
     height_sigma : float
         Uncertainty of that height, meters.
     distance : float, optional
-        From the camera to the person, meters; 0: an orthographic camera. Default: from the
-        photo's focal length, else the usual distance.
+        Distance from the camera to the person, meters; 0 for an orthographic camera. By default it
+        follows from the photo's focal length, or is a usual distance.
     distance_weight : float
-        Weight of the estimated distance if it is uncertain and the person stands: then the fit
-        changes the distance as well.
+        Weight of the estimated distance. It counts if the distance is uncertain and the person
+        stands, because the fit then changes the distance.
     pose_weight : float
         Weight of the prior on pose, in the fit to the photo alone.
     shape_weight : float
@@ -67,7 +67,7 @@ class FitSettings:
     feet_weight : float
         Weight of flat feet and straight legs for people who stand.
     collision_weight : float
-        Weight of limbs that cut into the torso or each other.
+        Weight of limbs that intersect the torso or each other.
     surface_weight : float
         Weight of the surface term (Eq. 17), both ways.
     surface_robust : float
@@ -77,17 +77,17 @@ class FitSettings:
     prior_weight : float
         λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
     starts : int
-        Number of recorded poses from which a fit that looks wrong starts again: as many that
-        resemble the landmarks, then as many that fill the mask. 0 switches off these starts and
+        Number of recorded poses from which a fit restarts if it looks wrong: this many that
+        resemble the landmarks, then this many that fill the mask. 0 turns off these restarts and
         those of single limbs.
     rounds : int
-        Rounds with the silhouette or the surface; the correspondences are renewed at every one.
+        Number of rounds with the silhouette or the surface. Each round updates the correspondences.
     steps : int
-        L-BFGS iterations a round.
+        L-BFGS iterations per round.
     tolerance : float
         Stop early when a round lowers the objective by less than this fraction.
     seed : int
-        Chooses the sampled vertices.
+        Seed of the choice of sampled vertices.
     """
 
     model: str = "anny"

@@ -120,7 +120,7 @@ class BodyModel(Protocol):
 
 
 class BoneTree:
-    """Forward kinematics over a tree of bones, all of one depth at a time."""
+    """Forward kinematics over a tree of bones, level by level."""
 
     def __init__(self, parents: IntArray):
         """`parents` (B,), -1 for the root."""
@@ -197,7 +197,7 @@ def blend_skin(
 def keep_recent(
     kept: dict[Key, Value], key: Key, make: Callable[[], Value], *, count: int = 4
 ) -> Value:
-    """`kept[key]`, made first if it is not there; the oldest of `count` entries goes for it.
+    """Return `kept[key]`, or make and store it; the oldest of `count` entries is dropped.
 
     A fit needs the same few vertices many times.
     """

@@ -1,9 +1,9 @@
 """The SMPL family (SMPL, SMPL-H, SMPL-X) from the user's own file (Loper et al. 2015; Romero et al.
 2017; Pavlakos et al. 2019).
 
-The models are free for research only, so none is shipped; nor is `smplx` needed, whose license is
-the same: the few lines of linear blend skinning are those of any such model. What is read is the
-``.npz`` of the models' sites (arrays ``v_template``, ``shapedirs``, ``posedirs``, ``J_regressor``,
+The models are free for research only, so none is shipped. `smplx` has the same license and is not
+needed: linear blend skinning is implemented here. The file is the ``.npz`` of the models' sites
+(arrays ``v_template``, ``shapedirs``, ``posedirs``, ``J_regressor``,
 ``weights``, ``kintree_table``, ``f``). Pickles are not opened, since they can run any program.
 """
 
@@ -124,8 +124,8 @@ class SmplModel(BodyModel):
         Raises
         ------
         InputError
-            The file is missing, no ``.npz``, too large, or not of this format; the message
-            says which.
+            The file is missing, is not a ``.npz``, is too large, or has another format. The message
+            names the reason.
         """
         return cls(_read(Path(path)))
 
@@ -328,7 +328,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 def _checked(
     path: Path, arrays: dict[str, np.ndarray], needed: dict[str, int]
 ) -> dict[str, np.ndarray]:
-    """The arrays, which have the numbers of dimensions `needed` and fit each other."""
+    """Check that the arrays have the dimensions `needed` and fit each other; return them."""
     for name, dimensions in needed.items():
         if arrays[name].dtype.kind not in "fiu":
             raise InputError(f"{path}: {name} has the type {arrays[name].dtype}; expected numbers")

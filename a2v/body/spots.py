@@ -42,9 +42,9 @@ class Spots:
     normals : (V, 3) float64
         Of the skin there.
     scalp : (V,) bool
-        Where hair grows on a head that has some: behind the ears down to the nape, and the crown.
+        Area where hair can grow: behind the ears down to the nape, and the crown.
     bare : (V,) bool
-        Where none grows, beards apart: the face before the ears, up to the forehead.
+        Area without hair except beards: the face in front of the ears, up to the forehead.
     """
 
     parts: IntArray
@@ -54,8 +54,10 @@ class Spots:
     bare: BoolArray
 
     def twins(self, among: BoolArray, *, within: float) -> IntArray:
-        """Which point (V,) of those `among` (V,) has the spot that each one's mirrored spot is
-        nearest to; -1 where none is `within` meters."""
+        """Return for each point the index (V,) of the point nearest to its mirrored spot.
+
+        Only points in the mask `among` (V,) count. -1 if none is `within` meters.
+        """
         from scipy.spatial import cKDTree
 
         other = np.array([-1.0, 1.0, 1.0])
@@ -92,7 +94,7 @@ def spots_of(nearest: IntArray, body: Body) -> Spots:
 
 
 def moved_from_rest(body: Body) -> FloatArray:
-    """Each vertex's blend (V, 3, 4) float64 of how its bones moved from the rest pose."""
+    """Return for each vertex the blended transform (V, 3, 4) float64 of its bones from rest."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(
         body.rest_transforms.astype(np.float64)
     )
@@ -107,7 +109,7 @@ def rest_vertices(body: Body) -> FloatArray:
 
 
 def _hair_line(rest: FloatArray, parts: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Which vertices (V, 3) of a body at rest carry hair, and which are the face's."""
+    """Return masks of the vertices (V, 3) of a body at rest that carry hair, and of the face."""
     head = parts == PARTS.index("head")
     if not head.any():
         return np.zeros(len(rest), bool), np.zeros(len(rest), bool)

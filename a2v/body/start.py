@@ -21,7 +21,7 @@ _TRUNK = 0.29
 
 
 def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
-    """Starts worth trying.
+    """Return starts for a fit.
 
     One if the detector gave 3D keypoints; otherwise the natural standing pose at several yaw
     angles around the direction that shoulders and hips indicate.
@@ -67,7 +67,7 @@ def _middle(evidence: Evidence, joint: str) -> FloatArray:
 
 
 def _orientations(evidence: Evidence) -> list[FloatArray]:
-    """Rotation vectors of the whole body worth starting from."""
+    """Return rotation vectors of the whole body from which a fit can start."""
     trunk = [
         LANDMARK_INDEX[f"{side}_{joint}"]
         for side in ("left", "right")

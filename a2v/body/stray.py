@@ -1,4 +1,4 @@
-"""New starts for a single limb that the fit left beside the photo's limb or at a doubtful depth."""
+"""New starts for a limb that the fit left away from the photo's limb or at a doubtful depth."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _ANGLES = {"arm": ("collar", "arm", "elbow", "forearm", "wrist"), "leg": ("hip",
 
 
 def stray_limbs(objective: Objective, unknowns: Unknowns) -> dict[str, float]:
-    """Distances of stray arms and legs from the photo's landmarks, relative to the height, the
-    largest first.
+    """Find arms and legs that lie away from the photo's landmarks.
 
-    If both legs are stray neither is returned: seen from above legs look short, and with new bends
-    the person would kneel.
+    Returns their distances, relative to the height, the largest first. If both legs are stray,
+    neither is returned: legs seen from above look short, and a new start would make the person
+    kneel.
     """
     error = np.where(objective.evidence.confidence > 0.3, objective.landmark_gaps(unknowns), 0.0)
     worst = {
@@ -91,7 +91,7 @@ def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
 
 
 def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> Unknowns:
-    """The unknowns, or better ones from another start of `limb`."""
+    """Try other starts of `limb`; return better unknowns, or the given ones."""
     own = _angles_of(limb, objective.space)
     objective.renew_silhouette(unknowns)
     best, least = unknowns, objective.cost(unknowns, "silhouette") - _GAIN
@@ -108,8 +108,10 @@ def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: st
 def _starts(
     objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str
 ) -> list[FloatArray]:
-    """Angles (D,) of the fit with those of `limb` from the bank, whose landmarks cost least as the
-    trunk lies, the best first."""
+    """Return angles (D,) of the fit with those of `limb` from the bank, the best first.
+
+    The best have the lowest cost of landmarks with the trunk of the fit.
+    """
     own = _angles_of(limb, objective.space)
     bank = load_pose_bank(model).angles
     poses = np.tile(unknowns.angles.detach().numpy().astype(np.float32), (len(bank), 1))

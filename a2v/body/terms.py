@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 
 
 def geman_mcclure(square: Tensor, scale: float) -> Tensor:
-    """ρ of Eq. 16 (Geman and McClure 1987) of squared residuals: like the square below `scale`,
-    level above."""
+    """Return ρ of Eq. 16 (Geman and McClure 1987) of squared residuals.
+
+    It is nearly the square below `scale` and nearly constant above.
+    """
     return scale**2 * square / (scale**2 + square)
 
 
@@ -49,8 +51,9 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
-    """Penalty for landmarks over 2.2 % of the height off, within 0.3 %; robust, since the detector
-    may be wrong.
+    """Penalize landmarks whose error is over 2.2 % of the height, with a tolerance of 0.3 %.
+
+    It is robust, since the detector may be wrong.
 
     `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's
     height.
@@ -60,30 +63,40 @@ def strays(square: Tensor, *, weights: Tensor) -> Tensor:
 
 
 def at_given_places(square: Tensor) -> Tensor:
-    """Landmarks that the user has placed stay there, within 0.2 % of the height; `square` (..., n)
-    as in `strays`."""
+    """Keep landmarks where the user has placed them, within 0.2 % of the height.
+
+    `square` (..., n) is as in `strays`.
+    """
     return square.sum(-1) / 0.002**2
 
 
 def on_given_sides(along: Tensor, *, signs: Tensor, depths: Tensor) -> Tensor:
-    """Bones whose side the user has given: their depths `along` (..., m), far end less near end,
-    have the sign, and reach `depths` (m,) within 1 % of the height; all relative to the height."""
+    """Keep bones on the side that the user has given, within 1 % of the height.
+
+    `along` (..., m) is the depth of the far end minus that of the near end. It must have the given
+    sign and reach `depths` (m,). All are relative to the height.
+    """
     return ((depths - signs * along).clamp_min(0.0) / 0.01).square().sum(-1)
 
 
 def everyday_pose(angles: Tensor, *, natural: Tensor, spread: Tensor) -> Tensor:
-    """Gaussian around everyday standing poses (..., D), for a photo alone."""
+    """Penalize distance from everyday standing poses by a Gaussian; angles are (..., D).
+
+    It is used for a photo without a surface.
+    """
     return ((angles - natural) / spread).square().sum(-1)
 
 
 def likely_pose(angles: Tensor, prior: PosePrior) -> Tensor:
-    """Eq. 18: the negative logarithm of the likelihood; zero at the likeliest pose. Twice that is a
-    squared standard deviation."""
+    """Return the negative log-likelihood of Eq. 18, shifted to zero at the likeliest pose.
+
+    Twice this value is a squared number of standard deviations.
+    """
     return prior.best - prior.log_likelihood(angles)
 
 
 def outside(values: Tensor, bounds: Tensor, *, tolerance: float) -> Tensor:
-    """How far values (..., n) pass their bounds (n, 2)."""
+    """Return by how much values (..., n) exceed their bounds (n, 2)."""
     low, high = bounds.unbind(-1)
     beyond = (low - values).clamp(min=0) + (values - high).clamp(min=0)
     return (beyond / tolerance).square().sum(-1)
@@ -106,22 +119,25 @@ def build_of_body(
 
 
 def collision(balls: LimbBalls, state: BodyState) -> Tensor:
-    """Limbs keep out of the trunk and of each other, within 1 cm."""
+    """Penalize overlap of limbs with the trunk and with each other, within 1 cm."""
     return (balls.penetration(state) / 0.01).square().sum()
 
 
 def held_camera(height: Tensor) -> Tensor:
-    """A camera is held at a usual `height` () over the ground, meters."""
+    """Penalize an unusual `height` () of the camera above the ground, meters."""
     return ((height - HELD) / 0.2).square()
 
 
 def usual_distance(log_distance: Tensor, *, estimate: float, spread: float) -> Tensor:
-    """A camera's distance lies near its `estimate`, meters, by the `spread` of the logarithm."""
+    """Keep the camera's distance near its `estimate`, meters.
+
+    `spread` is the standard deviation of its logarithm.
+    """
     return ((log_distance - math.log(estimate)) / spread).square()
 
 
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:
-    """Straight legs stay straight and upright in depth, and feet that stand are nearly level."""
+    """Keep straight legs straight and upright in depth, and standing feet nearly level."""
     total = 0.0 * angles.sum()
     if all(evidence.standing):  # the trunk rests on the legs
         middle = {
@@ -161,8 +177,10 @@ _SURFACE = 200.0
 def skin_in_mask(
     pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float
 ) -> Tensor:
-    """Vertices, seen at pixels (n, 2), that lie outside of the mask pay their distance, relative to
-    the person's `height` in pixels."""
+    """Penalize vertices at pixels (n, 2) outside of the mask by their distance from it.
+
+    The distance is relative to the person's `height` in pixels.
+    """
     distance = mask.sample(pixels).clamp(min=0) / height
     return _OUTLINE * geman_mcclure(distance.square(), 2 * robust).mean() / sigma**2
 
@@ -170,8 +188,10 @@ def skin_in_mask(
 def rim_on_contour(
     pixels: Tensor, rim: RimMatches, *, height: float, robust: float, sigma: float
 ) -> Tensor:
-    """The mask's contour pulls the body's rim, seen at pixels (n, 2); along the contour a match may
-    slide."""
+    """Pull the body's rim at pixels (n, 2) to the mask's contour.
+
+    A match may slide along the contour.
+    """
     gap = (pixels - rim.pixels) / height
     across = (gap * rim.normals).sum(-1).square()
     along = gap.square().sum(-1) - across
@@ -179,23 +199,29 @@ def rim_on_contour(
 
 
 def seen_at(pixels: Tensor, expected: Tensor, *, weights: Tensor, height: float) -> Tensor:
-    """Vertices seen at pixels (n, 2) lie where the map shows them (n, 2), within 2 % of the
-    person's `height` in pixels."""
+    """Keep vertices at pixels (n, 2) where the body map shows them (n, 2).
+
+    The tolerance is 2 % of the person's `height` in pixels.
+    """
     square = (pixels - expected).square().sum(-1) / height**2
     return _MAP * (weights * geman_mcclure(square, 0.05)).mean() / 0.02**2
 
 
 def depths_agree(depths: Tensor, expected: Tensor, *, weights: Tensor, height: float) -> Tensor:
-    """Vertices' depths (n,), pixels, differ among each other as the map's (n,) do, within 3 % of
-    the person's `height` in pixels."""
+    """Keep the differences of the vertices' depths (n,), pixels, equal to those of the map (n,).
+
+    The tolerance is 3 % of the person's `height` in pixels.
+    """
     gap = depths - expected
     gap = (gap - (weights * gap).sum() / weights.sum().clamp_min(1e-9)) / height
     return _MAP * (weights * geman_mcclure(gap.square(), 0.1)).mean() / 0.03**2
 
 
 def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float) -> Tensor:
-    """Eq. 17: distance of the matched vertices (n, 3) to the surface, within 1 cm; along the
-    surface a match may slide."""
+    """Eq. 17: penalize the distance of the matched vertices (n, 3) to the surface, within 1 cm.
+
+    A match may slide along the surface.
+    """
     gap = vertices - matches.points
     across = (gap * matches.normals).sum(-1).square()
     square = across + 0.1 * (gap.square().sum(-1) - across)

@@ -173,7 +173,7 @@ class _Together:
         return results
 
     def _rounds(self, stage: Stage, progress: Progress | None) -> int:
-        """Rounds with renewed matches until a round gains little; returns how many."""
+        """Run rounds with updated matches until a round gains little; return their number."""
         previous, done = np.inf, 0
         for done in range(1, self.settings.rounds + 1):
             for one, own in zip(self.objectives, self.unknowns, strict=True):
@@ -211,7 +211,7 @@ class _Together:
             return float(loss())
 
     def _alike(self) -> Tensor:
-        """What poses that differ cost."""
+        """Penalize differences between the poses."""
         pairs = list(combinations(self.unknowns, 2))
         total = sum(
             alike(first.angles, second.angles, self.spread) + _upright(first, second)
@@ -221,8 +221,10 @@ class _Together:
 
 
 def _upright(first: Unknowns, second: Unknowns) -> Tensor:
-    """What trunks that lean otherwise cost: who stands leans the same way, wherever the photo is
-    taken from."""
+    """Penalize different leans of the trunk.
+
+    A standing person leans the same way in every photo.
+    """
     from a2v.kinematics.so3 import rotvec_to_rotmat
 
     ups = [(rotvec_to_rotmat(own.root) @ own.base)[1] for own in (first, second)]
@@ -236,7 +238,7 @@ different persons; those of one person were within 5 cm."""
 
 
 def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[str]:
-    """What the user should know of several photos: whether they may show different persons."""
+    """Return a note for the user if the photos may show different persons."""
     apart = shapes_differ(alone)
     worse = [
         number
@@ -257,8 +259,10 @@ def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[s
 
 
 def shapes_differ(fits: Sequence[FitResult]) -> float:
-    """How far the bodies of fits to single photos are apart at rest, meters: the largest mean
-    distance of their vertices."""
+    """Return the largest difference between the bodies of fits to single photos, meters.
+
+    The difference of two bodies is the mean distance of their vertices in the rest pose.
+    """
     import torch
 
     model = load_body_model()

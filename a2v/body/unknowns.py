@@ -105,7 +105,7 @@ class Unknowns:
         return result
 
     def with_angles(self, angles: FloatArray) -> Unknowns:
-        """The same with other angles (D,); unknowns of its own."""
+        """Copy the unknowns with other angles (D,)."""
         return Unknowns.build(
             root=self.root_rotvec(),
             angles=angles,
@@ -137,7 +137,7 @@ class Unknowns:
         )
 
     def fix_camera(self, camera: PhotoCamera) -> None:
-        """Take over a camera for good."""
+        """Set a camera, which the fit then does not change."""
         import torch
 
         self.log_scale = torch.tensor(np.log(camera.scale), dtype=torch.float64)
@@ -168,7 +168,7 @@ class Unknowns:
         return (u - self.center[0]) / scale, (self.center[1] - v) / scale, depth
 
     def camera_height(self, ground: Tensor) -> Tensor:
-        """How high a perspective camera is over y = `ground` (), meters."""
+        """Return the height of a perspective camera above y = `ground` (), meters."""
         return self._aim()[1] + self._away() * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:

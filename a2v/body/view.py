@@ -51,7 +51,7 @@ class View:
 
     @classmethod
     def of(cls, camera: PhotoCamera) -> View:
-        """That of a camera."""
+        """Make the view of a camera."""
         u, v = camera.flat.project(np.array(camera.aim))
         return cls(camera.distance, camera.pitch, (float(u), float(v)), camera.source)
 
@@ -68,10 +68,10 @@ def estimated_view(
     Parameters
     ----------
     subject : Subject
-        Its focal length, if the photo's file has one, gives the distance. Otherwise a photo of a
-        camera's usual shape is probably whole, and the distance is a mean of the one by a
-        telephone's usual lens and the usual distance; a photo of another shape gets the usual
-        distance.
+        If the photo's file has a focal length, it gives the distance. Otherwise the aspect ratio
+        counts. A photo with the usual ratio of a camera is probably not cropped: the distance is
+        the mean of the usual distance and the one by a phone's usual lens. Any other photo gets the
+        usual distance.
     box : (4,)
         Left, top, right, bottom of the person, pixels of the subject's image.
     height : float
@@ -107,14 +107,16 @@ def estimated_view(
 
 
 def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:
-    """The distance, meters, at which a lens of `focal` (mm, as for 35 mm film) makes a person of
-    `tall` meters so large."""
+    """Return the distance, meters, at which a person of `tall` meters has this size in the photo.
+
+    `focal` is the focal length in mm, as for 35 mm film.
+    """
     left, _, right, _ = subject.crop
     zoom = subject.image.shape[1] / (right - left)
     return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height
 
 
 def field_of_view(camera: PhotoCamera, pixels: float) -> float:
-    """Degrees that a perspective camera sees across `pixels` around its optical axis."""
+    """Return the field of view, degrees, of `pixels` around the optical axis."""
     focal = camera.scale * camera.distance / math.cos(camera.pitch)
     return math.degrees(2 * math.atan(pixels / 2 / focal))

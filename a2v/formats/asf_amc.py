@@ -124,14 +124,14 @@ def _in_order(lines: list[list[str]], bones: dict[str, Bone]) -> tuple[Bone, ...
 def read_amc(
     amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: str = "AMC text"
 ) -> Motion:
-    """A recording on its skeleton.
+    """Read a recording together with its skeleton.
 
     Parameters
     ----------
     amc, asf : str
-        The files' texts.
+        Contents of the two files.
     fps : float
-        AMC does not say its rate: CMU's are 120, some 60.
+        AMC files do not hold a frame rate. Most of CMU's have 120, some 60.
     action : str
     name : str
         What messages call it.
@@ -139,13 +139,13 @@ def read_amc(
     Returns
     -------
     Motion
-        Meters, y up; a joint where each bone that has a length ends, named after the bone that
-        begins there.
+        Meters, y up. There is a joint at the end of each bone whose length is not zero. It has
+        the name of the bone that begins there.
 
     Raises
     ------
     InputError
-        A file is damaged, or they do not belong together.
+        A file is damaged, or the two files do not belong together.
     """
     skeleton = parse_asf(asf, f"{name}'s skeleton")
     values = _frames(amc, skeleton, name)

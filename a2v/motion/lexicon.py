@@ -383,7 +383,7 @@ def dictionary() -> dict[str, str]:
 
 @cache
 def senses() -> dict[str, tuple[str, float]]:
-    """Stems to a stem of which they are a kind, and how sure that is."""
+    """Map each stem to a related, more general stem and the confidence of the relation."""
     with SENSES.open(newline="", encoding="utf-8") as stream:
         return {
             root(row["word"]): (root(row["means"]), RELATIONS[row["relation"]])

@@ -72,12 +72,14 @@ def settled(
 def settle(
     motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None
 ) -> Motion:
-    """Bring a clip that floats back to the ground: remove the height that its lowest joint keeps
-    above the lowest of all for `seconds`.
+    """Lower a floating clip to the ground.
 
-    Models know the root's height only through the code of a whole window, so that clips rise by
-    decimeters. Not for stairs and ladders. With `kept` (T,), how much of each frame stays at its
-    height, in [0, 1], the ground is at 0.
+    If the lowest joint of every frame in a span of `seconds` is above the clip's lowest joint, the
+    difference is removed. A model encodes the root's height once per window, so its clips can rise
+    by decimeters. Do not use this for stairs and ladders.
+
+    `kept` (T,) is the fraction in [0, 1] of its height that each frame keeps. If it is given, the
+    ground is y = 0.
     """
     lowest = _lowest(motion)
     width = max(1, round(seconds * motion.fps))

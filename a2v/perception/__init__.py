@@ -1,8 +1,8 @@
 """From a photograph to the person in it: decoding, landmarks, mask and crop.
 
 `decode_photo` turns bytes into upright pixels, `find_person` turns pixels into a
-`a2v.types.Subject`, and `read_openpose` brings landmarks of another detector. Nothing is
-downloaded: the detector is mediapipe with the models of its wheel.
+`a2v.types.Subject`, and `read_openpose` reads landmarks of another detector. Nothing is
+downloaded: the detector is mediapipe with the models in its wheel.
 """
 
 from a2v.perception.corrections import Corrections, read_corrections

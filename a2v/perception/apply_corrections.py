@@ -62,8 +62,10 @@ def draw_strokes(mask: FloatArray, strokes: Sequence[Stroke], *, core: bool = Fa
 
 
 def place_landmarks(points: FloatArray, corrections: Corrections) -> FloatArray:
-    """Landmarks (33, 3), u, v and confidence, with the given ones in their places and certain;
-    hands and feet move along with wrists and ankles."""
+    """Return the landmarks (33, 3), u, v and confidence, with the given ones set and certain.
+
+    Hands and feet move along with wrists and ankles.
+    """
     if not corrections.landmarks:
         return points
     placed = points.copy()
@@ -80,9 +82,9 @@ def correct_landmarks(
 ) -> tuple[FloatArray, FloatArray]:
     """Apply corrections to the landmarks in the picture and in space.
 
-    A landmark that is moved far loses its depth, which was that of something else. The bones of
-    `Corrections.limbs` are turned to the given side by their own depth, or by the depth that
-    follows from their length in the picture; landmarks beyond them move along.
+    A landmark that is moved far loses its depth, because the depth was measured at another point.
+    The bones of `Corrections.limbs` are turned to the given side by their own depth, or by the
+    depth that follows from their length in the picture. Landmarks beyond them move along.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ def correct_landmarks(
 
     Returns
     -------
-    The same, changed.
+    Both arrays with the corrections applied.
     """
     if not corrections.landmarks and not corrections.limbs:
         return points, points_3d
@@ -122,8 +124,10 @@ def correct_landmarks(
 
 
 def _turn(space: FloatArray, bone: str, sign: float) -> None:
-    """Move the far end of a bone, and what hangs on it, to the front (1) or the back (-1); `space`
-    (33, 3) is changed."""
+    """Move the far end of a bone to the front (1) or the back (-1); `space` (33, 3) is changed.
+
+    Landmarks beyond the far end move along.
+    """
     near, far, *hanging = (LANDMARK_INDEX[name] for name in LIMB_BONES[bone])
     if not np.isfinite(space[[near, far]]).all():
         return
@@ -138,7 +142,7 @@ def _turn(space: FloatArray, bone: str, sign: float) -> None:
 
 
 def given_landmarks(corrections: Corrections) -> BoolArray | None:
-    """Mask (33,) bool of the landmarks that the user has placed; None for none."""
+    """Return a mask (33,) bool of the landmarks placed by the user; None if there are none."""
     if not corrections.landmarks:
         return None
     given = np.zeros(len(LANDMARK_INDEX), bool)
@@ -147,8 +151,10 @@ def given_landmarks(corrections: Corrections) -> BoolArray | None:
 
 
 def given_sides(corrections: Corrections) -> FloatArray | None:
-    """The signs (8,) float32 that the user gives the depths of `LIMB_BONES`, 0 for none; None where
-    nothing is said."""
+    """Return the signs (8,) float32 of the depths of `LIMB_BONES` that the user has given.
+
+    A sign is 0 if it is not given. Returns None if none is given.
+    """
     if not corrections.limbs:
         return None
     ways = dict(corrections.limbs)

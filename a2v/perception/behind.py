@@ -1,9 +1,8 @@
-"""What lies behind a person: surfaces that reach behind them, with straight borders, each with its
-own shading.
+"""Reconstruct the background behind a person from regions with straight borders and own shading.
 
 The picture is divided into regions of one material. Straight borders between two regions are
-continued through the hole, and cut it into cells; every cell takes the region whose borders cost
-least. Within a region the color is a smooth function of the place.
+continued through the hole, and cut it into cells. Every cell is assigned to a region so that the
+cost of borders is smallest. Within a region the color is a smooth function of the position.
 """
 
 from __future__ import annotations
@@ -52,8 +51,10 @@ _ERROR = 3.0
 
 
 def regions_of(picture: ByteArray, side: int) -> IntArray:
-    """Regions of one material of a picture (H, W, 3), from 0, with the longer side of `side` pixels
-    (h, w)."""
+    """Divide a picture (H, W, 3) into regions of one material, numbered from 0.
+
+    The result (h, w) has a longer side of `side` pixels.
+    """
     import cv2
 
     scale = side / max(picture.shape[:2])
@@ -83,8 +84,9 @@ def find_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
 def fill_by_regions(
     colors: FloatArray, hole: BoolArray, regions: IntArray, shadow: BoolArray
 ) -> FloatArray:
-    """Fill a hole with the shading of the regions behind it, which meets the rim without a step,
-    and with their texture; in a shadow, the texture stays and the shading is that of the region.
+    """Fill a hole with the shading and the texture of the regions behind it.
+
+    The shading meets the rim of the hole without a step. In a shadow only the shading is replaced.
 
     Parameters
     ----------
@@ -123,8 +125,10 @@ def fill_by_regions(
 
 
 def _spread(values: FloatArray, known: BoolArray) -> FloatArray:
-    """Values (H, W, 3) smoothed where they are known, and continued smoothly to where they are not:
-    means over larger and larger squares. Nothing known gives 0."""
+    """Smooth values (H, W, 3) where they are known, and extend them to the other pixels.
+
+    The values are means over larger and larger squares; 0 if no value is known.
+    """
     import cv2
 
     height, width = known.shape
@@ -179,7 +183,7 @@ def _known_regions(colors: FloatArray, hole: BoolArray) -> IntArray:
 
 
 def _grown_into(labels: IntArray, where: BoolArray) -> IntArray:
-    """Give the pixels `where` that have no label that of the nearest pixel that has one."""
+    """Label the unlabeled pixels in `where` like the nearest labeled pixel."""
     from scipy.ndimage import distance_transform_edt
 
     if not (labels >= 0).any():
@@ -189,8 +193,11 @@ def _grown_into(labels: IntArray, where: BoolArray) -> IntArray:
 
 
 def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
-    """Join neighbors of one material, and of the rest the smallest with the likest neighbor, until
-    at most `_REGIONS` touch the hole; islands in the hole get -1."""
+    """Merge neighboring regions of one material.
+
+    Then merge the smallest region with its most similar neighbor until at most `_REGIONS` touch the
+    hole. Islands in the hole get -1.
+    """
     import cv2
 
     near = cv2.dilate(hole.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
@@ -242,8 +249,10 @@ def _merged(colors: FloatArray, labels: IntArray, hole: BoolArray) -> IntArray:
 
 
 def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
-    """Difference of chroma (N,) of colors (N, 3), CIELAB, which for one material grows with the
-    lightness."""
+    """Return the difference of chroma (N,) of colors (N, 3), CIELAB.
+
+    Within one material, chroma grows with the lightness.
+    """
     plain = np.linalg.norm(one[:, 1:] - two[:, 1:], axis=1)
     level = np.minimum(one[:, :1], two[:, :1])
     scaled = one[:, 1:] / np.maximum(one[:, :1], 1) - two[:, 1:] / np.maximum(two[:, :1], 1)
@@ -251,14 +260,14 @@ def _apart(one: FloatArray, two: FloatArray) -> FloatArray:
 
 
 def _numbered(labels: IntArray) -> IntArray:
-    """The same regions as 0, 1, ...; -1 stays."""
+    """Renumber the regions as 0, 1, ...; -1 stays."""
     names, numbers = np.unique(labels, return_inverse=True)
     return (numbers.reshape(labels.shape) - int(names[0] < 0)).astype(np.int32)
 
 
 def _neighbors(colors: FloatArray, numbers: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Pairs of neighboring regions (P, 2), and the median steps of lightness and chroma across
-    their borders (P,)."""
+    """Return pairs of neighboring regions (P, 2), and the median steps of lightness and chroma (P,)
+    across their borders."""
     rows, steps = [], []
     far = 3  # pixels: beyond the blur of the border
     for axis in (0, 1):
@@ -282,8 +291,11 @@ def _neighbors(colors: FloatArray, numbers: IntArray) -> tuple[IntArray, FloatAr
 def fit_shading(
     colors: FloatArray, labels: IntArray, hole: BoolArray, unknown: BoolArray
 ) -> FloatArray:
-    """The smooth color (H, W, 3) of every pixel's region: a polynomial of the place, fitted to what
-    is known of the region, the more the nearer to the hole; errors beyond `_ERROR` count less."""
+    """Return the smooth color (H, W, 3) of every pixel's region.
+
+    It is a polynomial of the position, fitted to the known pixels of the region. Pixels near the
+    hole weigh more; errors larger than `_ERROR` weigh less.
+    """
     import cv2
 
     height, width = hole.shape

@@ -46,7 +46,7 @@ _APART = 0.08
 def look_at_body(
     image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0
 ) -> BodyMap:
-    """Predict the body map of a person as the mean over the photo and its mirror image.
+    """Predict the body map of a person: the mean over the photo and its mirror image.
 
     Parameters
     ----------
@@ -87,8 +87,7 @@ def look_at_body(
 
 
 def height_in_pixels(landmarks: FloatArray) -> float:
-    """Standing height, pixels, of a person with landmarks (33, 3) in pixels, by the lengths of the
-    limbs."""
+    """Estimate a standing height, pixels, from the lengths of the limbs; landmarks are (33, 3)."""
     lengths = [
         np.linalg.norm(
             landmarks[LANDMARK_INDEX[f"{side}_{first}"]]
@@ -119,7 +118,7 @@ def mended(
     found : BodyMap
         Of the same picture.
     keep : bool
-        `keypoints` are the user's and stay; they take the place of the detector's.
+        The user has given `keypoints`; they replace the detector's and are not changed.
 
     Returns
     -------
@@ -165,8 +164,10 @@ def mended(
 
 
 def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where they are unknown
-    or do not agree with the picture."""
+    """Return the detector's depths (33,) from the middle of the hips, pixels.
+
+    NaN where they are unknown or do not agree with the picture.
+    """
     if not np.isfinite(keypoints_3d).all():
         return np.full(len(keypoints), np.nan)
     _, scale = picture_plane(keypoints, keypoints_3d)
@@ -176,8 +177,10 @@ def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatA
 
 
 def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float) -> FloatArray:
-    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1] of the person
-    before gray, and the mask."""
+    """Return a square of the photo as (4, 256, 256) float32.
+
+    The channels are RGB in [0, 1] of the person in front of gray, and the mask.
+    """
     import cv2
 
     zoom = PICTURE / side
@@ -213,7 +216,7 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
 def on_gray(
     picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, gray: float | FloatArray = GRAY
 ) -> FloatArray:
-    """A picture (H, W, 3) float32 of the person alone.
+    """Return a picture (H, W, 3) float32 of the person in front of a plain color.
 
     Parameters
     ----------
@@ -223,7 +226,7 @@ def on_gray(
     softness : float
         Standard deviation of the mask's blur, pixels.
     gray : float or (3,)
-        What is behind.
+        Color of the background.
     """
     import cv2
 

@@ -68,8 +68,11 @@ def _lines(labels: IntArray, hole: BoolArray) -> list[_Line]:
 
 
 def _ends(labels: IntArray, hole: BoolArray) -> list[_Line]:
-    """Vertical and horizontal lines at the outermost places at which each region but the largest
-    meets the hole: where no border of it is seen, it ends there."""
+    """Return vertical and horizontal lines at which a region ends if its border is not visible.
+
+    They pass through the outermost points at which a region meets the hole. The largest region has
+    none.
+    """
     import cv2
 
     ring = cv2.dilate(hole.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~hole
@@ -89,7 +92,7 @@ def _ends(labels: IntArray, hole: BoolArray) -> list[_Line]:
 
 
 def _borders(labels: IntArray, near: BoolArray) -> dict[tuple[int, int], IntArray]:
-    """Pixels (N, 2), x and y, at the border of each pair of regions."""
+    """Return the pixels (N, 2), x and y, at the border of each pair of regions."""
     found: dict[tuple[int, int], list[IntArray]] = {}
     for dy, dx in ((0, 1), (1, 0)):
         one, two = labels[: labels.shape[0] - dy, : labels.shape[1] - dx], labels[dy:, dx:]
@@ -109,7 +112,7 @@ def _borders(labels: IntArray, near: BoolArray) -> dict[tuple[int, int], IntArra
 def _fitted(
     rows: IntArray, begin: FloatArray, end: FloatArray, pair: tuple[int, int]
 ) -> _Line | None:
-    """The line through the pixels of a border that lie between two points of it."""
+    """Fit a line to the pixels of a border between two of its points."""
     along = end - begin
     length = float(np.linalg.norm(along))
     along = along / length
@@ -128,7 +131,7 @@ def _fitted(
 
 
 def _same(line: _Line, other: _Line, gap: float) -> bool:
-    """Whether two lines are one."""
+    """Whether two lines are the same."""
     if abs(line.along @ other.along) < np.cos(np.radians(4)):
         return False
     normal = np.array([-other.along[1], other.along[0]])
@@ -137,8 +140,10 @@ def _same(line: _Line, other: _Line, gap: float) -> bool:
 
 
 def _cells(lines: list[_Line], hole: BoolArray) -> tuple[IntArray, IntArray]:
-    """Connected cells (H, W) into which the lines cut the hole, -1 outside; and on which sides of
-    the lines (H, W) each pixel lies, a bit a line."""
+    """Cut the hole into connected cells (H, W) along the lines; -1 outside.
+
+    Also return the sides of the lines on which each pixel lies (H, W), one bit per line.
+    """
     import cv2
 
     rows, columns = np.nonzero(hole)
@@ -157,8 +162,10 @@ def _cells(lines: list[_Line], hole: BoolArray) -> tuple[IntArray, IntArray]:
 
 
 def assign_regions(labels: IntArray, hole: BoolArray) -> IntArray:
-    """The labels with each cell of the hole given a region: borders are as short as possible, and
-    those along continued borders cost little."""
+    """Assign a region to each cell of the hole, so that borders are short.
+
+    Borders along continued lines cost less.
+    """
     known = np.unique(labels[labels >= 0])
     if not hole.any() or not len(known):
         return np.where(hole, 0, labels).astype(np.int32)
@@ -194,11 +201,13 @@ def assign_regions(labels: IntArray, hole: BoolArray) -> IntArray:
 
 
 def _least(unary: FloatArray, ends: IntArray, prices: FloatArray) -> IntArray:
-    """A label of each cell (C,), so that costs are small: `unary` (C, L) of each cell, and
-    `prices` (E, L, L) of each edge between two cells, its `ends` (E, 2).
+    """Choose a label for each cell (C,) with a small total cost.
+
+    The costs are `unary` (C, L) per cell, and `prices` (E, L, L) per edge between two cells, whose
+    numbers are `ends` (E, 2).
 
     Iterated conditional modes from several starts; then some neighboring cells get one label
-    together, and the change is kept if costs fall.
+    together. The change is kept if it lowers the cost.
     """
     generator = np.random.default_rng(0)
     count, labels = unary.shape

@@ -32,16 +32,16 @@ _FAR = 100_000.0
 
 @dataclass(frozen=True, kw_only=True)
 class Stroke:
-    """A stroke of a brush on the mask.
+    """A brush stroke on the mask.
 
     Attributes
     ----------
     points : tuple of (u, v)
         In the unit of the `Corrections`.
     radius : float
-        The same; a fraction is one of the photo's longer side.
+        In the same unit; a fraction is relative to the photo's longer side.
     add : bool
-        The person is there, or is not.
+        True adds the stroke to the person; False removes it.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -51,7 +51,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """Values of a user that replace those of the detectors.
+    """Values given by the user. They replace the detectors' values.
 
     Attributes
     ----------
@@ -59,8 +59,8 @@ class Corrections:
         Of every position: pixels of the upright photo, u to the right and v down, or fractions of
         its width and height.
     person : int, (4,) tuple or None
-        Who of several is meant: 1 is the largest; or left, top, right and bottom of a box around
-        them.
+        Which of several people is selected: 1 is the largest; or left, top, right and bottom of a
+        box around the person.
     landmarks : tuple of (name, u, v)
         BlazePose landmarks; they are certain.
     limbs : tuple of (name, "front" or "back")
@@ -78,13 +78,14 @@ class Corrections:
 
     @classmethod
     def of(cls, content: object, source: object = "the corrections") -> Corrections:
-        """Corrections out of YAML or JSON; see docs/perception.md. `source` names them in
-        messages.
+        """Make corrections from parsed YAML or JSON; see docs/perception.md.
+
+        `source` is its name in messages.
 
         Raises
         ------
         InputError
-            An unknown name, or a value that it cannot have.
+            A name is unknown, or a value is invalid.
         """
         found = {} if content is None else content
         if not isinstance(found, Mapping):
@@ -106,7 +107,7 @@ class Corrections:
         return self.person is not None or bool(self.landmarks or self.limbs or self.strokes)
 
     def said(self) -> dict[str, Any]:
-        """As plain values, from which `of` makes it; what is empty is left out."""
+        """Return the corrections as plain values for `of`; empty ones are left out."""
         person = list(self.person) if isinstance(self.person, tuple) else self.person
         mask = [
             {
@@ -132,7 +133,7 @@ class Corrections:
         return yaml.safe_dump(self.said(), sort_keys=False, default_flow_style=None, width=110)
 
     def in_pixels(self, width: int, height: int) -> Corrections:
-        """The same in pixels of a photo of that size.
+        """Return the corrections in pixels of a photo of this size.
 
         Raises
         ------
@@ -153,8 +154,7 @@ class Corrections:
     def scaled(
         self, scale: tuple[float, float], offset: tuple[float, float], radius: float
     ) -> Corrections:
-        """The same where a position p is ``p * scale + offset`` and radii are `radius` times as
-        large."""
+        """Map positions p to ``p * scale + offset``, and multiply radii by `radius`."""
         (a, b), (c, d) = scale, offset
         if a == b == radius == 1 and c == d == 0:
             return self
@@ -174,12 +174,12 @@ class Corrections:
 
 
 def read_corrections(data: bytes, source: object) -> Corrections:
-    """Corrections out of a YAML file's bytes; `source` names it in messages.
+    """Read corrections from the bytes of a YAML file; `source` is its name in messages.
 
     Raises
     ------
     InputError
-        It is no YAML, too long, or has an impossible value.
+        The file is not YAML, is too long, or has an invalid value.
     """
     if len(data) > MAX_BYTES:
         raise InputError(

@@ -4,9 +4,9 @@ is known.
 The detector's 3D keypoints are in the axes of the camera, which looks down on most people, and it
 holds arms too far to the front: over studio photos their depths were 8 cm off on average, mostly
 by a lean of 8 degrees. A linear map from all outputs of the detector (3D, 2D, confidences) to
-the depths over the floor of a body model's landmarks takes a third to a half of that away
-(`scripts/fit_depth_correction.py`, which made the shipped file, prints by how much on people who
-were held out).
+the depths over the floor of a body model's landmarks removes a third to a half of the error.
+`scripts/fit_depth_correction.py` made the shipped file, and prints the improvement on held-out
+people.
 """
 
 from __future__ import annotations
@@ -34,11 +34,10 @@ class DepthCorrection(Record):
     Attributes
     ----------
     mean, scale : (198,) float32
-        Of the features: they are standardized.
+        Mean and scale with which the features are standardized.
     weights : (198, 33) float32
     offset : (33,) float32
-        Meters: what is added to the detector's depths is ``standardized features @ weights +
-        offset``.
+        Meters. ``standardized features @ weights + offset`` is added to the detector's depths.
     """
 
     mean: FloatArray
@@ -55,13 +54,14 @@ class DepthCorrection(Record):
 
 @lru_cache(maxsize=1)
 def load_depth_correction() -> DepthCorrection:
-    """The shipped correction."""
+    """Load the shipped correction."""
     return DepthCorrection.load(FILE)
 
 
 def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[FloatArray, float]:
-    """The keypoints in the plane of the picture in the detector's meters, from the middle of the
-    hips (33, 2), y up, and pixels a meter.
+    """Return the keypoints in the picture plane, (33, 2), and the scale in pixels per meter.
+
+    The keypoints are in the detector's meters from the middle of the hips, y up.
 
     Parameters
     ----------
@@ -79,8 +79,7 @@ def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[Floa
 
 
 def detector_features(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
-    """All outputs of the detector, without the person's place and size in the picture: (198,)
-    float64."""
+    """Return all outputs of the detector (198,) float64, without the person's position and size."""
     plane, _ = picture_plane(keypoints, keypoints_3d)
     points = keypoints_3d - keypoints_3d[HIPS].mean(axis=0)
     features: FloatArray = np.concatenate([points.ravel(), plane.ravel(), keypoints[:, 2]]).astype(

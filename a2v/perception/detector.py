@@ -63,8 +63,10 @@ class Detection:
         )
 
     def scaled(self, scale: float, offset: tuple[float, float], size: tuple[int, int]) -> Detection:
-        """The same person where a pixel p of this picture is ``p * scale + offset`` of one of
-        `size` (width, height)."""
+        """Map the detection to a picture of `size` (width, height).
+
+        Pixel p of this picture is ``p * scale + offset`` of that one.
+        """
         import cv2
 
         keypoints = self.keypoints.copy()
@@ -84,8 +86,10 @@ report no error."""
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep remarks off the process's stderr, where mediapipe's C++ logs whatever Python's settings
-    are. All other lines are written at the end."""
+    """Remove the log lines of mediapipe's C++ code from the process's stderr.
+
+    Python's settings do not control them. All other lines are written at the end.
+    """
     sys.stderr.flush()
     saved = os.dup(2)
     with tempfile.TemporaryFile() as kept:
@@ -108,7 +112,7 @@ class Solution:
     _graph: Any = None
 
     def _made(self, solutions: Any) -> Any:
-        """The graph, out of ``mediapipe.solutions``."""
+        """Make the graph of ``mediapipe.solutions``."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:
@@ -129,8 +133,11 @@ class Solution:
 def cut_square(
     image: ByteArray, middle: FloatArray, half: float, pixels: int
 ) -> tuple[ByteArray, float]:
-    """A square of `image` (H, W, 3) around `middle` (2,), `half` its side, both in pixels; (pixels,
-    pixels, 3), and its pixels per pixel of the image."""
+    """Cut a square out of `image` (H, W, 3) and scale it to (pixels, pixels, 3).
+
+    `middle` (2,) and half of the side, `half`, are in pixels. Also returns the scale: pixels of the
+    square per pixel of the image.
+    """
     import cv2
 
     scale = pixels / (2 * half)
@@ -147,7 +154,7 @@ def cut_square(
 
 
 def from_square(points: FloatArray, middle: FloatArray, scale: float, pixels: int) -> FloatArray:
-    """Points (n, 3) of u, v and depth in a square of `cut_square` as those of the image."""
+    """Convert points (n, 3) of u, v and depth from a square of `cut_square` to the image."""
     found = points.copy()
     found[:, :2] = (points[:, :2] - pixels / 2) / scale + middle
     found[:, 2] = points[:, 2] / scale
@@ -160,7 +167,7 @@ class Detector(Solution):
     Parameters
     ----------
     confidence : float
-        Least confidence of a detection, in (0, 1).
+        Minimum confidence of a detection, in (0, 1).
     """
 
     def __init__(self, confidence: float = 0.5) -> None:
@@ -201,7 +208,7 @@ class Detector(Solution):
         return detection if _is_plausible(detection) else None
 
     def persistent(self, picture: ByteArray) -> Detection | None:
-        """As `one`; if that finds nobody, as `one_wider`."""
+        """Search with `one`; if it finds nobody, with `one_wider`."""
         return self.one(picture) or self.one_wider(picture)
 
     def one_wider(self, picture: ByteArray) -> Detection | None:

@@ -99,21 +99,21 @@ def find_face(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 def look_closely(image: ByteArray, middle: FloatArray, half: float) -> FloatArray | None:
     """Landmarks of the face in a square: the median of the detections in `GLANCES`.
 
-    One glance is a matter of luck: moved by 3 % of the square, the detector sees the same photo's
-    landmarks elsewhere by up to 5 pixels of a face of 512 (docs/face.md).
+    A single detection is noisy: if the square moves by 3 %, landmarks move by up to 5 pixels on a
+    face of 512 pixels (docs/face.md).
 
     Parameters
     ----------
     image : (H, W, 3) uint8
     middle : (2,)
-        Of the square, pixels.
+        Middle of the square, pixels.
     half : float
-        Half of its side, pixels.
+        Half of the square's side, pixels.
 
     Returns
     -------
     (478, 3) float32 or None
-        As of `find_face`; None where fewer than half of the glances see a face.
+        See `find_face`; None if fewer than half of the detections find a face.
     """
     seen = []
     with FaceDetector() as detector:

@@ -71,8 +71,9 @@ class HandDetector(Solution):
 
 
 def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-    """Landmarks of a person's hands: of each the median over `GLANCES`, where most of
-    them see a hand of that side at its wrist.
+    """Find the landmarks of a person's hands: the median of the detections in `GLANCES`.
+
+    A hand counts if most detections find a hand of that side at its wrist.
 
     Parameters
     ----------
@@ -84,7 +85,8 @@ def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
     -------
     (2, 21, 4) float32 or None
         The left hand and the right one: u, v in pixels of `image`, depth in the same unit, larger
-        is nearer, 0 at the wrist, and 1; zeros for a hand that is not seen. None where neither is.
+        is nearer, 0 at the wrist, and 1; zeros for a hand that is not visible. None if neither
+        hand is visible.
     """
     found = np.zeros((2, HAND_POINTS, 4), np.float32)
     squares = [_square(keypoints, side) for side in ("left", "right")]
@@ -99,8 +101,10 @@ def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
 
 
 def _square(keypoints: FloatArray, side: str) -> tuple[FloatArray, FloatArray, float] | None:
-    """The wrist (2,), the middle (2,) of the square in which a hand lies, and half of its side,
-    pixels; None where no hand is to be expected."""
+    """Return the wrist (2,), the middle (2,) of a square around the hand, and half of its side.
+
+    All are in pixels; None if no hand can be expected.
+    """
     wrist, elbow, index, little = (
         keypoints[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("wrist", "elbow", "index", "pinky")
     )

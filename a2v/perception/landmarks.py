@@ -64,9 +64,9 @@ def read_openpose(
 ) -> FloatArray:
     """Read the landmarks of the largest person in a JSON file that OpenPose wrote.
 
-    BODY_25 and COCO-18 layouts (``people[i].pose_keypoints_2d``: x, y, confidence) are told apart
-    by length; knuckles come from ``hand_left_keypoints_2d`` and ``hand_right_keypoints_2d`` where
-    present.
+    BODY_25 and COCO-18 layouts (``people[i].pose_keypoints_2d``: x, y, confidence) are
+    distinguished by length; knuckles come from ``hand_left_keypoints_2d`` and
+    ``hand_right_keypoints_2d`` if present.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def read_openpose(
     Raises
     ------
     InputError
-        No JSON, another layout, numbers that are none, or nobody in it.
+        Not JSON, another layout, invalid numbers, or no person in it.
     """
     expected = (
         "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points "

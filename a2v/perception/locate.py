@@ -37,8 +37,8 @@ class Located:
     others : (H, W) bool or None
         Mask of other people.
     boxes : (n, 4) float32 or None
-        Left, top, right, bottom of all people who are large enough to be meant, the largest first;
-        None for a single person.
+        Left, top, right, bottom of all people who are large enough to be selected, the largest
+        first; None for a single person.
     """
 
     keypoints: FloatArray
@@ -85,7 +85,7 @@ def locate(
 def _look_at_given(
     detector: Detector, rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None
 ) -> Located:
-    """The person where the user's mask or keypoints are; nothing else is looked at."""
+    """Find the person at the user's mask or keypoints; ignore the rest of the photo."""
     height, width = rgb.shape[:2]
     hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
     assert hint is not None  # one of the two is given
@@ -110,7 +110,7 @@ def _look_at_given(
 
 
 def _search(detector: Detector, rgb: ByteArray, who: Who, warnings: list[str]) -> Located:
-    """The largest person of a photo, or the one that `who` names."""
+    """Find the largest person in a photo, or the one selected by `who`."""
     height, width = rgb.shape[:2]
     others: BoolArray | None = None
     reduced, scale = _reduce(rgb, 1280)
@@ -156,12 +156,12 @@ def _box_of(person: Detection) -> FloatArray:
 
 
 def _meant(who: Who, boxes: list[FloatArray]) -> int:
-    """The number, from 0 on, of the person who is meant, by the boxes of all.
+    """Return the number, from 0, of the selected person; `boxes` are those of all people.
 
     Raises
     ------
     InputError
-        There is none of that number, or nobody in the given box.
+        There is no person of that number, or nobody in the given box.
     """
     if who is None:
         return 0
@@ -191,8 +191,10 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
 def completed(
     detector: Detector, rgb: ByteArray, person: Detection, others: BoolArray | None
 ) -> Detection:
-    """The person with the parts that the detector has overlooked, and landmarks from another look
-    at all of them, if that is surer."""
+    """Add parts of the person that the detector has missed.
+
+    If a second detection on the whole person is more confident, its landmarks are used.
+    """
     if not may_lack_parts(person):
         return person
     reduced, _ = _reduce(rgb, 1280)
@@ -235,7 +237,7 @@ def _detect_in(
 
 
 def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
-    """Reduce to a longer side of at most `side`; also the factor that leads back."""
+    """Reduce a picture to a longer side of at most `side`; also return the factor to scale back."""
     longest = max(picture.shape[:2])
     if longest <= side:
         return np.ascontiguousarray(picture), 1.0
@@ -245,7 +247,7 @@ def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
 
 
 def resize(picture: Any, size: tuple[int, int]) -> Any:
-    """A picture at another size (width, height); averaged where it shrinks."""
+    """Resize a picture to (width, height); shrinking averages pixels."""
     import cv2
 
     if (picture.shape[1], picture.shape[0]) == size:
@@ -265,8 +267,7 @@ def _agree(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
-    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled
-    trunk."""
+    """Draw a rough figure from landmarks: capsules for limbs, a disc for the head, a trunk."""
     import cv2
 
     canvas = np.zeros((height, width), np.uint8)

@@ -21,8 +21,9 @@ def refine_mask(
 
     GrabCut (Rother et al. 2004) moves the contour to the image's edges within a band around the
     rough one; closed-form matting (Levin et al. 2008) then finds the opacities in a narrow band
-    around the new contour. Where the colors on both sides are alike (black trousers before black)
-    GrabCut cannot tell the sides apart, and its change is undone.
+    around the new contour. Where the colors on both sides are
+    similar (black trousers in front of black), GrabCut cannot separate them, and its change is
+    undone.
 
     Parameters
     ----------
@@ -102,8 +103,10 @@ def _contrast(
 
 
 def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
-    """Closed-form matting of the band within `reach` pixels of the contour of `cut`; the rest is
-    certain."""
+    """Apply closed-form matting within `reach` pixels of the contour of `cut`.
+
+    All other pixels are certainly inside or outside.
+    """
     import cv2
 
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""The photo without the person: what stood behind is continued from what is around."""
+"""Remove the person from the photo: the background is continued from the surroundings."""
 
 from __future__ import annotations
 
@@ -33,11 +33,10 @@ changes the hue."""
 
 
 def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> ByteArray:
-    """Fill the place of the person, and of the shadow next to them, with pieces of the rest of the
-    picture (`fill_by_patches`).
+    """Fill the area of the person, and of the shadow next to them, with pieces of the picture.
 
-    Pieces keep their structure, so that a horizon or a wall goes on behind the person, and take the
-    brightness of their surroundings.
+    Pieces (`fill_by_patches`) keep their structure, so that a horizon or a wall continues behind
+    the person. Their brightness is adapted to the surroundings.
 
     Parameters
     ----------
@@ -46,8 +45,8 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
     mask : (H, W) float
         Opacity of the person in [0, 1].
     border : float
-        How much wider than the mask the hole is, a fraction of the longer side: hair, blur and
-        JPEG's rims.
+        Margin of the hole around the mask, as a fraction of the longer side. It covers hair, blur
+        and JPEG artifacts.
 
     Returns
     -------
@@ -94,8 +93,9 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
 def shadow_around(
     colors: FloatArray, hole: BoolArray, regions: IntArray
 ) -> tuple[BoolArray, IntArray]:
-    """Pixels (H, W) next to the hole that are darker than the shading of their region: the person's
-    shadow. It has hardly another hue, and is joined to the person.
+    """Find the person's shadow: pixels (H, W) that are darker than the shading of their region.
+
+    The shadow has nearly the hue of the region, and is connected to the person.
 
     Parameters
     ----------
@@ -148,8 +148,10 @@ def shadow_around(
 def _without_shadows(
     colors: FloatArray, hole: BoolArray, regions: IntArray, wide: BoolArray
 ) -> IntArray:
-    """The regions, those that a sharp shadow of the person makes joined with the region beside them
-    that has the same color in more light."""
+    """Merge each sharp shadow of the person with the region on which it falls.
+
+    That is an adjacent region with the same color in more light.
+    """
     import cv2
 
     light = srgb_to_linear(cv2.cvtColor(colors, cv2.COLOR_Lab2RGB))

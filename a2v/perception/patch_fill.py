@@ -1,8 +1,8 @@
-"""Completion of a picture by patches of its own, from coarse to fine.
+"""Fill holes of a picture with patches of the same picture, from coarse to fine.
 
 After Wexler et al. (TPAMI 2007) and Barnes et al. (PatchMatch, SIGGRAPH 2009): every patch that
-touches the hole takes the known patch that is most like it, and every pixel of the hole the mean of
-what the patches over it give. A patch may be brighter or darker than its example (Darabi et al.,
+touches the hole gets the most similar known patch, and every pixel of the hole gets the mean of
+the patches over it. A patch may be brighter or darker than its example (Darabi et al.,
 Image Melding, SIGGRAPH 2012), so that the gradient of a wall continues through the hole without
 bands.
 """
@@ -46,8 +46,8 @@ class PatchSettings:
     tinted : float
         The same of a and b.
     level : float
-        Cost of an example that lies the picture's whole height above or below, CIELAB squared:
-        floors and walls change with the height.
+        Cost of an example that lies a whole picture height above or below, CIELAB squared. Floors
+        and walls change with the height.
     seed : int
     """
 
@@ -137,8 +137,10 @@ def _level(
     *,
     sharp: bool,
 ) -> tuple[FloatArray, FloatArray | None]:
-    """The picture after some rounds at one level, and where (H, W, 2) each pixel's example is;
-    `sharp`: at last by each pixel's own example alone."""
+    """Return the picture after some rounds at one level, and the example (H, W, 2) of each pixel.
+
+    With `sharp`, the last round takes each pixel from its own example only.
+    """
     import cv2
 
     height, width = hole.shape

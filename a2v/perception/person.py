@@ -33,20 +33,20 @@ class PerceptionSettings:
     Attributes
     ----------
     confidence : float
-        Least confidence of a detection, in (0, 1).
+        Minimum confidence of a detection, in (0, 1).
     max_side : int
-        Longer side of the crop at most, pixels; larger crops are reduced.
+        Largest longer side of the crop, pixels; larger crops are reduced.
     margin : float
         Border of the crop around the person, fraction of the person's longer side.
     refine : bool
-        Refine the detector's mask at full resolution (a mask of the user's is never changed).
+        Refine the detector's mask at full resolution (a user's mask is never changed).
     face : bool
-        Look for the landmarks of the face, without which the character has no expressions.
+        Detect the landmarks of the face; without them the character has no expressions.
     hands : bool
-        Look for the landmarks of the hands, by which fingers are bent.
+        Detect the landmarks of the hands, from which the fingers are bent.
     bodymap : bool
-        Look with our own network as well (`a2v.perception.bodymap`): landmarks in 3D, and what part
-        of the body each pixel shows.
+        Use the body map network as well (`a2v.perception.bodymap`): it finds landmarks in 3D and
+        the place on the body of each pixel.
     band : float
         How far refinement may move the mask's contour, fraction of the person's height.
     """
@@ -87,9 +87,10 @@ def find_person(
         Upright, as `decode_photo` gives it. An alpha channel with at least 2 % transparent pixels
         is taken as the mask.
     mask : (H, W) bool, uint8 or float in [0, 1], optional
-        The person's mask by the user; wins over the alpha channel.
+        The user's mask of the person; it has priority over the alpha channel.
     keypoints : (33, 3), optional
-        Landmarks in pixels of the photo (`a2v.perception.read_openpose`); win over the detector's.
+        Landmarks in pixels of the photo (`a2v.perception.read_openpose`). They replace the
+        detector's.
     settings, corrections : corrections count instead of all that was seen or given
 
     Raises
@@ -147,7 +148,7 @@ def find_person(
 
 
 def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
-    """The refined mask with what is certain of the strokes; refused where nobody is left."""
+    """Draw the inner part of the strokes into the refined mask; raise if no person is left."""
     drawn = draw_strokes(mask, own.strokes, core=True)
     if (drawn > 0.5).sum() < 64:
         raise InputError(
@@ -158,13 +159,14 @@ def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
 
 
 def corrected(subject: Subject, corrections: Corrections) -> Subject:
-    """A subject that was found without corrections of landmarks and limbs, with these: as
-    `find_person` gives it, but for face and hands.
+    """Apply corrections of landmarks and limbs to a subject that was found without them.
+
+    The result equals that of `find_person`, except for face and hands.
 
     Raises
     ------
     InputError
-        They do not fit the photo.
+        The corrections do not fit the photo.
     """
     own = in_crop(corrections.in_pixels(*subject.photo_size), subject.crop, subject.image)
     points, points_3d = correct_landmarks(subject.keypoints, subject.keypoints_3d, own)
@@ -178,7 +180,7 @@ def corrected(subject: Subject, corrections: Corrections) -> Subject:
 
 
 def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -> Corrections:
-    """Corrections in pixels of the photo, in those of its crop as `image` (h, w, 3)."""
+    """Convert corrections from pixels of the photo to pixels of its crop `image` (h, w, 3)."""
     left, top, right, bottom = crop
     a, b = image.shape[1] / (right - left), image.shape[0] / (bottom - top)
     return corrections.scaled((a, b), (-left * a, -top * b), math.sqrt(a * b))
@@ -200,7 +202,7 @@ def _origins(
 
 
 def _size_of(photo: ByteArray) -> tuple[int, int]:
-    """Height and width of a photo, or an `InputError`."""
+    """Return height and width of a photo; raise `InputError` if it is not one."""
     if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
         raise InputError(
             f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 "
@@ -247,7 +249,7 @@ def _cut_out(
 
 
 def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
-    """The mask (H, W) that a photo's alpha channel is, if it has one that cuts somebody out."""
+    """Return the mask (H, W) in a photo's alpha channel; None if it does not cut out a person."""
     if photo.shape[2] != 4:
         return None
     alpha = photo[..., 3]
@@ -263,8 +265,10 @@ def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
 def _refined(
     image: ByteArray, rough: FloatArray, others: BoolArray | None, settings: PerceptionSettings
 ) -> FloatArray:
-    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others`
-    (of any resolution) in it, if the settings want that."""
+    """Refine the detector's mask (h, w) of the crop `image` if the settings enable it.
+
+    The `others` (a mask of any resolution) are removed.
+    """
     if not settings.refine:
         return rough
     if others is not None:
@@ -301,7 +305,7 @@ def _warn(
     crop: tuple[int, int, int, int],
     size: tuple[int, int],
 ) -> list[str]:
-    """What the user should expect of this photo."""
+    """Return notes for the user about problems of this photo."""
     messages: list[str] = []
     solid = alpha > 0.5
     rows = np.nonzero(solid.any(axis=1))[0]

@@ -163,8 +163,7 @@ def _to_srgb(image: PillowImage) -> PillowImage:
 
 
 def _depth(highest: float) -> float:
-    """White of whole numbers whose largest is `highest`: that of 8, 16 or 32 bits, whichever holds
-    it."""
+    """Return the value of white for whole numbers up to `highest`: that of 8, 16 or 32 bits."""
     return 255.0 if highest <= 255 else 65535.0 if highest <= 65535 else 2147483647.0
 
 

@@ -54,7 +54,7 @@ def probability_of_people(picture: ByteArray) -> FloatArray:
 
 
 def may_lack_parts(person: Detection) -> bool:
-    """Whether the detector is unsure of a limb, or sees one outside of the mask."""
+    """Whether the detector's confidence of a limb is low, or a limb lies outside of the mask."""
     height, width = person.mask.shape
     limbs = person.keypoints[_LIMB_LANDMARKS]
     columns, rows = (
@@ -64,8 +64,9 @@ def may_lack_parts(person: Detection) -> bool:
 
 
 def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray | None) -> BoolArray:
-    """Pieces (H, W) of a person that a mask (H, W) lacks: large ones next to it of which the
-    segmenters are sure, and none of the `others` (H, W).
+    """Find pieces (H, W) of a person that are missing in a mask (H, W).
+
+    They are large, lie next to the mask, have a high probability, and are not in `others` (H, W).
 
     The pose detector overlooks the legs of people who stoop or are seen from behind.
     """

@@ -114,12 +114,12 @@ def mirrored_prior(
     camera: OrthographicCamera,
     head: BoolArray | None,
 ) -> FloatArray:
-    """Prior colors (V, 3) for Eq. 14.
+    """Return prior colors (V, 3) for Eq. 14.
 
-    The color of the photo at the same pixel (the back of a jacket looks like its front), but
-    without the skin of the neckline below the collar. Behind the ears, the border of the head in
-    the same row (hair, a hat) runs around it, down to the nape or as far as hair hangs beside the
-    neck, so that there is no face on the back of the head.
+    A vertex gets the color of the photo at its pixel: the back of a jacket looks like its front.
+    The skin of the neckline is not copied to the back below the collar. Behind the ears, a vertex
+    gets the color of the head's border in the same row (hair or a hat), so that no face is painted
+    on the back of the head. This reaches down to the nape, or as far as hair hangs beside the neck.
 
     Parameters
     ----------

@@ -283,7 +283,7 @@ def _halved_known(known: BoolArray) -> BoolArray:
 def mesh_grid(
     values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 1.0, smoothing: int = 4
 ) -> tuple[FloatArray, IntArray]:
-    """The zero level of sampled values as a closed, even mesh.
+    """Extract the zero level of sampled values as a closed mesh with even triangles.
 
     Parameters
     ----------
@@ -291,20 +291,20 @@ def mesh_grid(
         Meters, negative inside; not negative on the outermost nodes.
     grid : Grid
     vertices : int
-        How many to aim at (within some per cent; never fewer than 25,000).
+        Target number of vertices, met within some percent; at least 25,000.
     pieces, smoothing
         As in `ExtractionSettings`.
 
     Returns
     -------
     vertices : (V, 3) float64, meters; faces : (F, 3) int64
-        Watertight, outward, and without what is not connected with the largest piece (or large
-        itself); bubbles are filled.
+        Watertight, facing outward. Only the largest piece and other large pieces are kept.
+        Bubbles are filled.
 
     Raises
     ------
     InputError
-        Nothing is inside.
+        No value is negative.
     """
     from skimage.measure import marching_cubes
 

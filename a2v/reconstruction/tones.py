@@ -36,11 +36,11 @@ def given_or_close(
 def even_tones(
     base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray
 ) -> FloatArray:
-    """Move unseen skin on `bare` (V,) parts, and unseen hair, to the tone of the visible: networks
-    often expect another one.
+    """Shift unseen hair, and unseen skin on `bare` (V,) parts, to the tone of the visible vertices.
 
-    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colors. For
-    skin it is that of the lighter half, because the other half lies in the shadow of hair and chin.
+    Networks often predict another tone. The visible tone is the median over the `known` (V,)
+    vertices. For skin only their lighter half counts, because hair and chin cast shadows on the
+    rest. Vertices in `told` (V,) keep their colors.
     """
     from skimage.color import lab2rgb, rgb2lab
 

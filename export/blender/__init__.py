@@ -199,7 +199,7 @@ def _look_after(making: Making) -> float | None:
 
 
 class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
-    """Where a2v is."""
+    """Settings of the extension."""
 
     bl_idname = __package__ or __name__
     command: bpy.props.StringProperty(  # type: ignore[valid-type]
@@ -207,7 +207,7 @@ class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
     )
 
     def draw(self, _: Any) -> None:
-        """Show the one setting."""
+        """Show the only setting: the path of a2v."""
         self.layout.prop(self, "command")
 
 

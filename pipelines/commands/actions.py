@@ -1,4 +1,4 @@
-"""``a2v actions``: what can be asked for."""
+"""``a2v actions``: list the actions that can be requested."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """The names, all of them or those nearest to some words."""
+    """List all names, or those nearest to the given words."""
     if options.model not in (AUTO, CLIPS):
         card = open_model(options.model).card
         found: Sequence[str] = (
@@ -65,7 +65,7 @@ def _nearest(vocabulary: Vocabulary, text: str) -> list[str]:
 
 
 def _listed(known: Catalog) -> str:
-    """A block a theme, a line an action."""
+    """Format the list: one block per theme, one line per action."""
     blocks = []
     for theme, entries in known.themes().items():
         width = max(len(entry.name) for entry in entries)

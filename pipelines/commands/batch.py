@@ -1,4 +1,4 @@
-"""``a2v batch``: thousands of videos out of a table of jobs."""
+"""``a2v batch``: make the videos of a table of jobs."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Do the jobs that are left; the page first."""
+    """Run the jobs that are not done. The overview page is written first."""
     limit = parse_size(options.limit_memory) if options.limit_memory else None
     rows = read_rows(options.jobs, defaults(options.stages, options.motion, options.film))
     out, store = check_writable(options.out), _store(options.running.cache)
@@ -102,8 +102,10 @@ def run(options: Options) -> Answer:
 
 
 def _store(cache: str | None) -> Store:
-    """The store; frames and what is made a frame stay with the worker when others are reached by an
-    object store only."""
+    """Open the store.
+
+    If workers share only an object store, results per frame stay on the worker.
+    """
     store = Store(cache)
     if store.remote is None:
         return store
@@ -113,13 +115,13 @@ def _store(cache: str | None) -> Store:
 
 
 def _in_order(jobs: Iterable[Job]) -> list[Task]:
-    """People, then motions, then videos, each once."""
+    """Return the tasks without duplicates: people, then motions, then videos."""
     given = [job.tasks for job in jobs if job.tasks]
     return [tasks[place] for place in range(3) for tasks in given]
 
 
 class _Book:
-    """Writes down what becomes of jobs, while they are done."""
+    """Records the results of jobs while they run."""
 
     def __init__(self, out: Path, store: Store, jobs: Iterable[Job], shown: Lasting) -> None:
         self._out, self._store, self._shown = out, store, shown
@@ -131,12 +133,12 @@ class _Book:
         self._next = time.monotonic() + TABLES_EVERY
 
     def done(self, task: Task, result: Result) -> None:
-        """Take in a task's result."""
+        """Record the result of a task."""
         for job in self._jobs.pop(task.key, []):
             self.close(job, result)
 
     def close(self, job: Job, result: Result) -> None:
-        """Write a job's files and record."""
+        """Write the files and the record of a job."""
         write_job(self._out, job, result, self._store)
         self.made, self.failed = (
             self.made + (not result.problem),
@@ -146,7 +148,7 @@ class _Book:
             self._shown.say(f"{job.name}: {result.problem}")
 
     def tick(self, watch: Watch) -> None:
-        """Show how far it is; write the tables now and then."""
+        """Show the progress; write the tables from time to time."""
         self._shown.update(
             self.made + self.failed,
             watch.remaining(),

@@ -1,4 +1,4 @@
-"""``a2v cache``: what is remembered, and how to have less of it."""
+"""``a2v cache``: show or trim the store of cached results."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Options:
 
 
 def parse_size(text: str) -> int:
-    """Bytes of a size such as "5GB".
+    """Return the number of bytes of a size such as "5GB".
 
     Raises
     ------
@@ -67,7 +67,7 @@ def parse_size(text: str) -> int:
 
 
 def run(options: Options) -> Answer:
-    """Forget or trim if asked to, then show."""
+    """Delete or trim the cached results if requested, then show the rest."""
     from pipelines.nodes.values import Blob
 
     store, lines, facts = Store(options.cache), list[str](), dict[str, Any]()

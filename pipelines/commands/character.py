@@ -1,4 +1,4 @@
-"""``a2v character``: a photo and several actions to one file for animators' tools."""
+"""``a2v character``: make one character file with several actions from a photo."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Options:
     running: RunOptions = group(RunOptions, "execution")
 
     def motion(self, name: str, file: str | None) -> MotionRequest:
-        """The motion of a clip: an action of the model, or a file."""
+        """Return the motion of a clip: an action of the model, or a file."""
         shared: list[Any] = [self.lengths, self.edits, self.carrying]
         values = {item.name: getattr(part, item.name) for part in shared for item in fields(part)}
         return MotionRequest(**values, action=name, motion=file)
@@ -138,11 +138,11 @@ class Animated:
     clips : dict
         Bone transforms (T, B, 4, 4) and frames a second, by name.
     expressions : dict
-        Strengths (T,) of the face's expressions by name, by clip.
+        Strengths (T,) of the face's expressions by clip and name.
     exact : array (T, V, 3)
-        Eq. 20's vertices of the last clip, where they were asked for; else empty.
+        Vertices of the last clip by Eq. 20 if requested; else empty.
     props : Props
-        Steps, ladders and bars of the clips that climb.
+        Steps, ladders and bars of the clips in which the person climbs.
     notes : list of str
     """
 
@@ -163,14 +163,15 @@ def animate(
     folder: Path,
     no_props: bool = False,
 ) -> Animated:
-    """The character of a person with clips by name, each as the video has it; with `deform` the
-    exact vertices too.
+    """Make the character of a person with clips by name, each the same as in the video.
+
+    With `deform` the exact vertices are returned too.
 
     Raises
     ------
     InputError
-        A request that cannot be met, or a `folder` that cannot be written, before anything long
-        runs.
+        The request cannot be met, or `folder` cannot be written. This is checked before a long
+        computation starts.
     """
     store = Store(running.cache)
     film = FilmRequest(no_props=no_props, deform=DeformSettings() if deform is None else deform)
@@ -222,8 +223,10 @@ def write_animated(
     engines: EngineOptions,
     avatar: VrmMeta | None,
 ) -> list[Path]:
-    """Write a character with its clips, skinned, by the path's suffix; `avatar` is what a ``.vrm``
-    says about itself."""
+    """Write a skinned character with its clips in the format of the path's suffix.
+
+    `avatar` is the description that a ``.vrm`` holds.
+    """
     if avatar is not None:
         return write_avatar(
             path, animated.character, animated.clips, avatar, expressions=animated.expressions
@@ -251,12 +254,12 @@ def write_animated(
 def avatar_of(
     path: Path, rigging: RigOptions, *, author: str, license_url: str, edition: str = EDITIONS[0]
 ) -> VrmMeta | None:
-    """What a ``.vrm`` says about itself; None for other files.
+    """Return the description that a ``.vrm`` holds; None for other files.
 
     Raises
     ------
     InputError
-        No format is written under such a name, or a ``.vrm`` cannot have the rig.
+        No format has this suffix, or a ``.vrm`` cannot have the rig.
     """
     if path.suffix.lower() != AVATAR:
         writer_of(path, FORMATS)
@@ -266,7 +269,7 @@ def avatar_of(
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:
-    """The clips to make, by name: None for an action of the model, else a motion file."""
+    """Return the clips to make by name: None for an action of the model, else a motion file."""
     wanted: dict[str, str | None] = {}
     asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:

@@ -1,4 +1,4 @@
-"""``a2v completion``: what shells need to complete commands and options."""
+"""``a2v completion``: scripts with which shells complete commands and options."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(options: Options) -> Answer:
 
 
 def command_line() -> argparse.ArgumentParser:
-    """All commands with their options, as plain argparse."""
+    """Return all commands with their options as a parser of argparse."""
     parser = argparse.ArgumentParser(prog="a2v")
     parser.add_argument("--version", action="store_true", help="print the version")
     commands = parser.add_subparsers()
@@ -61,7 +61,7 @@ def command_line() -> argparse.ArgumentParser:
 
 
 def _parts(name: str) -> Mapping[str, ModuleType]:
-    """The commands ``name part`` by part."""
+    """Return the commands ``name part`` by part."""
     return {
         own.removeprefix(f"{name} "): load_command(own)
         for own in every_command()
@@ -86,7 +86,7 @@ def _fill(parser: argparse.ArgumentParser, command: ModuleType) -> None:
 
 
 def _complete_paths(action: argparse.Action, metavar: str) -> None:
-    """Let the shell complete what names a file or a folder."""
+    """Let the shell complete options whose value is a file or a folder."""
     import shtab
 
     if metavar == "FOLDER":

@@ -1,4 +1,4 @@
-"""``a2v dag``: the picture of the pipeline."""
+"""``a2v dag``: draw the pipeline."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Draw."""
+    """Draw the pipeline."""
     draw(video_graph(), options.out, drawer=options.drawer)
     return Answer(files=[Path(options.out)])

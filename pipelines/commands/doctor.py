@@ -1,4 +1,4 @@
-"""``a2v doctor``: what works on this machine."""
+"""``a2v doctor``: check what works on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``a2v motion``: an action to motion files."""
+"""``a2v motion``: generate motion files from an action."""
 
 from __future__ import annotations
 
@@ -116,12 +116,12 @@ class Options:
     )
 
     def frames_written(self, plan: MotionPlan) -> int:
-        """Frames of a clip that is written."""
+        """Number of frames of a written clip."""
         fps = self.plan.fps if plan.model is None else self.rate(plan.model)
         return plan_length(plan, frames=self.plan.frames, seconds=self.plan.seconds, fps=fps)
 
     def length(self, model: MotionModel) -> int:
-        """Frames of a clip at the model's own rate."""
+        """Number of frames of a clip at the model's own rate."""
         return frames_needed(
             self.frames_written(MotionPlan((), (), model)),
             model.fps * self.edits.speed,
@@ -129,7 +129,7 @@ class Options:
         )
 
     def rate(self, model: MotionModel) -> float:
-        """Frames a second of what is written."""
+        """Frames per second of the written file."""
         return model.fps if self.native else self.plan.fps
 
 
@@ -142,7 +142,7 @@ MAX_CLIPS = 10_000
 
 
 def run(options: Options) -> Answer:
-    """Generate."""
+    """Generate the motion and write its files."""
     if options.paging.page is not None:
         others = [
             item.name
@@ -189,7 +189,7 @@ def run(options: Options) -> Answer:
 
 
 def _filmed(options: Options, filmed: FilmedOptions) -> Made:
-    """The motion of a video."""
+    """Track the person in a video, and return the motion."""
     others = [
         item.name
         for item in fields(options)
@@ -205,7 +205,7 @@ def _filmed(options: Options, filmed: FilmedOptions) -> Made:
 
 
 def _folder(options: Options, out: Path) -> Answer:
-    """The motions of a folder of videos."""
+    """Track one person in each video of a folder, and write the motions."""
     rigged = _rigged(options, out.with_suffix(".bvh"))
     return follow_folder(
         options.filmed,
@@ -217,7 +217,7 @@ def _folder(options: Options, out: Path) -> Answer:
 
 
 def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> Answer:
-    """A motion that is in its tempo already, edited and written."""
+    """Edit a motion that has its final tempo, and write it."""
     check_writable(path.parent)
     if rigged is None:
         motion = edited(made.motion, replace(edit, speed=1.0))
@@ -235,7 +235,7 @@ def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> A
 
 
 def _rigged(options: Options, path: Path) -> RigOptions | None:
-    """The rig that is asked for."""
+    """Return the options of the requested rig; None without a rig."""
     if options.rig is None:
         if options.root_motion:
             raise InputError("--root-motion requires a rig; name one with --rig")
@@ -248,8 +248,10 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
 
 
 def _planned(options: Options) -> MotionPlan:
-    """What is asked for; a pattern is for one model alone. Says on standard error what was
-    understood."""
+    """Plan the requested actions; a pattern needs a single model.
+
+    The interpretation of the words is printed to standard error.
+    """
     if any(sign in options.plan.action for sign in "*?"):
         return MotionPlan((), (), open_model(options.plan.model))
     plan = read_plan(options.plan, directed=options.way.given)
@@ -269,8 +271,7 @@ def _planned(options: Options) -> MotionPlan:
 
 
 def generate(asked: MotionPlan, options: Options) -> Motion:
-    """The clip or clips that the options ask for, in their tempo and at their rate, before they are
-    edited.
+    """Generate the requested clips in their tempo and at their frame rate, without edits.
 
     Raises
     ------
@@ -328,7 +329,7 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
 
 
 def _application(model: MotionModel, steps: Sequence[Step], options: Options, which: str) -> Motion:
-    """The clips of --start, --interpolate or a pattern, at the model's own rate."""
+    """Generate the clips of --start, --interpolate or a pattern at the model's own rate."""
     frames = options.length(model)
     if which == "a pattern":
         found = [
@@ -361,8 +362,8 @@ def _given(way: WayOptions) -> list[str]:
 
 
 def native(asked: MotionPlan, options: Options) -> dict[str, object]:
-    """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T)
-    and what they mean."""
+    """Return the arrays of --native: ``joints`` (..., T, J, 3) in native frame and unit, ``labels``
+    (..., T), and the meanings of the labels."""
     model = asked.model
     assert model is not None
     names = [model.actions[model.label(step.action)] for step in asked.steps]

@@ -1,4 +1,4 @@
-"""``a2v reconstruct``: a photo to a 3D character."""
+"""``a2v reconstruct``: make a rigged, textured 3D character from a photo."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Reconstruct."""
+    """Reconstruct the person."""
     path = Path(options.out)
     if path.suffix.lower() != ".glb":
         raise InputError(f"cannot write {path}; expected a name that ends in .glb")

@@ -1,4 +1,4 @@
-"""``a2v retarget``: one's own character gets actions."""
+"""``a2v retarget``: add actions to a user's character file."""
 
 from __future__ import annotations
 
@@ -85,7 +85,10 @@ def run(options: Options) -> Answer:
 def _retarget(
     options: Options, source: Path, target: Path, wanted: dict[str, str | None], folder: Path
 ) -> Answer:
-    """Read, make and write; an FBX goes through a GLB in `folder`."""
+    """Read the character, make the motions, write the file.
+
+    An FBX file is converted to GLB in `folder` and back.
+    """
     is_fbx = source.suffix.lower() == ".fbx"
     notes = []
     if is_fbx and (lost := fbx_to_glb(source, folder / "in.glb")):
@@ -115,7 +118,7 @@ def _retarget(
 
 
 def _made(options: Options, action: str, edit: Edit) -> Motion:
-    """A motion of a model in its tempo, before it is put in place."""
+    """Generate a motion with a model, and apply all edits except --in-place."""
     shared: dict[str, Any] = {
         item.name: getattr(options.lengths, item.name) for item in fields(options.lengths)
     }
@@ -134,7 +137,7 @@ def _made(options: Options, action: str, edit: Edit) -> Motion:
 
 
 def _wanted(options: Options) -> dict[str, str | None]:
-    """The animations to make, by name: None for an action, else a motion file."""
+    """Return the animations to make by name: None for an action, else a motion file."""
     asked: list[tuple[str, str | None]] = [
         (part.strip(), None)
         for part in (options.action, *options.actions.split(","))

@@ -1,4 +1,4 @@
-"""``a2v serve``: a page on this machine, from a photo to a video."""
+"""``a2v serve``: open a page on this machine that makes videos from photos."""
 
 from __future__ import annotations
 
@@ -106,8 +106,7 @@ def run(options: Options) -> Answer:
 
 
 def compute() -> None:
-    """Be a child process of the page: videos and files for other tools are made by the commands'
-    own functions."""
+    """Run as a child process of the page: make videos and files with the commands' functions."""
     from pipelines.commands import character, video
     from pipelines.engines import EngineOptions
     from pipelines.rigs import RigOptions
@@ -138,7 +137,7 @@ def compute() -> None:
 
 
 def _private(asked: str | None) -> Path:
-    """The folder, for its user alone.
+    """Return the folder of the page after a check that it can be written.
 
     Raises
     ------
@@ -155,7 +154,7 @@ def _private(asked: str | None) -> Path:
 
 @contextlib.contextmanager
 def _only_one(folder: Path) -> Iterator[None]:
-    """Hold the folder: two servers would do every job twice."""
+    """Lock the folder, since two servers would run every job twice."""
     with open(folder / "lock", "a", encoding="utf-8") as stream:
         if not lock(stream.fileno()):
             raise InputError(
@@ -167,7 +166,7 @@ def _only_one(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _listening(port: int) -> Iterator[socket.socket]:
-    """A socket on this machine's own address."""
+    """Open a socket on this machine's own address."""
     if not 0 <= port <= 65535:
         raise InputError(f"port is {port}; expected 0 to 65535")
     with socket.socket() as listener:
@@ -184,8 +183,10 @@ def _listening(port: int) -> Iterator[socket.socket]:
 
 
 def _token(folder: Path) -> str:
-    """The secret of the address, kept with the folder, so that a page that is open goes on after a
-    restart."""
+    """Return the secret of the address.
+
+    It is stored in the folder, so that an open page still works after a restart.
+    """
     path = folder / "token"
     with contextlib.suppress(A2VError, UnicodeDecodeError):
         known = read_bytes(path, limit=1000).decode("ascii").strip()
@@ -198,8 +199,10 @@ def _token(folder: Path) -> str:
 
 
 def _open(folder: Path, address: str) -> None:
-    """Open a browser; by a file that leads to the address, since others may read the names of
-    programs' arguments."""
+    """Open the address in a browser, through a file that redirects to it.
+
+    The address holds a secret, and other users of the machine can read the arguments of programs.
+    """
     path = folder / "open.html"
     with atomic_path(path) as temporary:
         temporary.write_text(

@@ -1,4 +1,4 @@
-"""``a2v video``: a photo and an action to a video."""
+"""``a2v video``: make a video from a photo and an action."""
 
 from __future__ import annotations
 
@@ -69,18 +69,21 @@ class Options:
 
     @property
     def request(self) -> VideoRequest:
-        """The video that is asked for."""
+        """The requested video."""
         return VideoRequest(person=self.person, motion=self.motion, film=self.film)
 
 
 def run(options: Options) -> Answer:
-    """Make the video; say first what the words of the action were taken for."""
+    """Make the video; first print the interpretation of the words of the action."""
     return make(options, tell=lambda line: print(line, file=sys.stderr))
 
 
 def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
-    """Make the video; `tell` hears what the words of the action were taken for, before anything
-    long runs."""
+    """Make the video.
+
+    Before a long computation starts, `tell` is called with the interpretation of the words of the
+    action.
+    """
     resolved = options.request.resolve(Store(options.running.cache))
     graph = resolved.graph
     check_names(
@@ -98,7 +101,7 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
 
 
 def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
-    """Compute what is asked for and write it to `out`."""
+    """Compute the requested results and write them to `out`."""
     graph, parameters = resolved.graph, resolved.parameters
     rigged = not options.rigging.plain
     if rigged and options.only:
@@ -153,8 +156,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
 
 
 def _caption(outcome: Outcome) -> list[str]:
-    """Lines about the fit to the photo for the sheet below the frames; none where no photo was
-    fitted."""
+    """Return lines about the fit to the photo for the contact sheet; none without a fitted photo."""
     from a2v.body import summary
 
     names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
@@ -162,8 +164,7 @@ def _caption(outcome: Outcome) -> list[str]:
 
 
 def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
-    """Write the page with the moving character while its frames are still to be traced, and say
-    where it is."""
+    """Write the page with the moving character before the frames are rendered; print its path."""
     write_early_page(outcome, out)
     if not quiet:
         print(
@@ -176,8 +177,7 @@ def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
 def _write_report(
     options: Options, resolved: Resolved, outcome: Outcome, written: list[Path]
 ) -> Path:
-    """Write ``report.json``: what was asked for and the values in force, what was read and
-    written."""
+    """Write ``report.json``: the request, the values used, and the files read and written."""
     request, running, parameters = options.request, options.running, resolved.parameters
     inputs = request.files() | ({} if resolved.recorded else {"model": parameters["model"].path})
     given = {

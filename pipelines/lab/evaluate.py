@@ -91,8 +91,8 @@ class Options(DataOptions):
         default=0,
     )
     stand: int = option(
-        "clips of every action, as a2v motion makes them, for a table of how feet "
-        "stand, how lively clips are and how seeds differ",
+        "clips per action, made as by a2v motion, for a table of foot contact, liveliness "
+        "and variety between seeds",
         default=0,
     )
     held_out: str = option(

@@ -66,7 +66,7 @@ class Options:
         "the key that was written beside the page", default=None, metavar="FILE"
     )
     out: str | None = option(
-        "the .html to write, or a .png or .svg of the clips alone; with --analyze the .md",
+        "file to write: .html, or .png or .svg for the clips only; with --analyze .md",
         default=None,
     )
     survey: SurveySettings = group(SurveySettings)

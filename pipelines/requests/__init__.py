@@ -1,2 +1,4 @@
-"""What is asked for: a video, and its parts person, motion and film. Command line, tables, page and
-Python all make these."""
+"""Requests for a video and for its parts: person, motion and film.
+
+Command line, tables, page and Python all make these objects.
+"""

@@ -1,5 +1,7 @@
-"""What the requests have in common: a field has the same name on the command line, in a table, in
-YAML and in Python, and its value is checked."""
+"""Common base of the requests: named fields whose values are checked.
+
+A field has the same name on the command line, in a table, in YAML and in Python.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ _MADE_OF = {int: "a whole number", float: "a number", bool: "yes or no", str: "t
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """Base of the requests: values have the types of their fields, choices and seeds are valid."""
+    """Base of the requests. Values have the types of their fields; choices and seeds are valid."""
 
     def __post_init__(self) -> None:
         own: Any = type(self)
@@ -40,8 +42,9 @@ class Request:
 
     @classmethod
     def of(cls, **values: object) -> Self:
-        """A request of values by their names; text is read as the field's type, lists of names may
-        take the place of text with commas.
+        """Make a request from values by name.
+
+        Text is converted to the field's type. A list of names may replace text with commas.
 
         Raises
         ------
@@ -59,12 +62,12 @@ class Request:
         return cls(**given)
 
     def changed(self, **values: object) -> Self:
-        """The same request with other values; see `of`."""
+        """Return the request with some values replaced; see `of`."""
         return dataclasses.replace(self, **_converted(type(self), values, self)) if values else self
 
 
 def names_of(kind: type, prefix: str = "") -> Iterator[str]:
-    """Names of every value of a request, those of the stages' settings as ``fit.steps``."""
+    """Return the names of all values of a request; settings of a stage look like ``fit.steps``."""
     hints = hints_of(kind)
     for item in dataclasses.fields(kind):
         if dataclasses.is_dataclass(hints[item.name]):
@@ -76,7 +79,7 @@ def names_of(kind: type, prefix: str = "") -> Iterator[str]:
 
 @functools.cache
 def hints_of(kind: Any) -> Mapping[str, Any]:
-    """Types of a dataclass' fields."""
+    """Return the types of the fields of a dataclass."""
     return typing.get_type_hints(kind)
 
 
@@ -86,7 +89,7 @@ def check_known(names: typing.Collection[str], known: typing.Collection[str]) ->
     Raises
     ------
     InputError
-        It names the nearest.
+        A name is unknown; the message lists the nearest ones.
     """
     for name in names:
         if name not in known:
@@ -109,11 +112,11 @@ class _Rule:
     Attributes
     ----------
     kind : type
-        Without None.
+        Type of the value if it is not None.
     optional : bool
-        Whether None is a value.
+        Whether None is allowed.
     choices : sequence of str
-        All that it may be; any value where it is empty.
+        Allowed values; if empty, any value is allowed.
     """
 
     kind: type
@@ -122,7 +125,7 @@ class _Rule:
 
     @classmethod
     def of(cls, hint: Any, choices: typing.Sequence[str] = ()) -> _Rule:
-        """The rule of a type hint."""
+        """Make the rule of a type hint."""
         if typing.get_origin(hint) is Literal:
             return cls(str, False, typing.get_args(hint))
         kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
@@ -133,12 +136,12 @@ class _Rule:
         )
 
     def check(self, name: str, value: object) -> object:
-        """The value, a whole number as a float where the field is one.
+        """Return the value; a whole number becomes a float if the field is one.
 
         Raises
         ------
         InputError
-            The field cannot hold it.
+            The value does not fit the field.
         """
         if value is None and self.optional:
             return value
@@ -159,7 +162,7 @@ class _Rule:
         return value
 
     def read(self, name: str, value: object) -> object:
-        """As `check`, of a value that may be text as in a table, a path, or names in a list."""
+        """Convert a text, a path or a list of names to the field's type, then `check` it."""
         if self.kind is str:
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
@@ -202,8 +205,10 @@ def _is_required(item: dataclasses.Field[Any]) -> bool:
 
 
 def _converted(kind: type, values: Mapping[str, object], now: object = None) -> dict[str, Any]:
-    """Values by the fields of a dataclass; settings may be given whole, as a mapping, or one by one
-    as ``fit.steps``."""
+    """Convert values to the types of the fields of a dataclass.
+
+    Settings may be an object, a mapping, or single values such as ``fit.steps``.
+    """
     rules, hints, found = _rules(kind), hints_of(kind), dict[str, Any]()
     for name, value in values.items():
         own, _, inner = name.partition(".")

@@ -1,4 +1,4 @@
-"""How a video looks: views, light, background, size."""
+"""Request for the look of a video: views, light, background, size."""
 
 from __future__ import annotations
 
@@ -71,11 +71,11 @@ class FilmRequest(Request):
 
     @property
     def in_photo(self) -> bool:
-        """Whether the photo's own place is wanted beside the views."""
+        """Whether a view in the photo's own place is requested in addition to the others."""
         return self.background == PHOTO
 
     def resolve(self, store: Store) -> Parameters:
-        """`render`, `cameras`, `backdrop`, `look`, `deform` and `footing`.
+        """Return the parameters `render`, `cameras`, `backdrop`, `look`, `deform` and `footing`.
 
         Raises
         ------
@@ -118,7 +118,7 @@ class FilmRequest(Request):
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
-    """What `RenderSettings.background` is called, and the picture if it is one."""
+    """Return the value of `RenderSettings.background`, and the picture if one is given."""
     from PIL import ImageColor
 
     from a2v.perception.photo import decode_photo

@@ -1,5 +1,7 @@
-"""The motion of a video: actions or a file, how long, where to, and what is done to it; checked
-before anything long runs."""
+"""Request for the motion of a video: actions or a file, length, path and edits.
+
+Everything is checked before a long computation starts.
+"""
 
 from __future__ import annotations
 
@@ -55,13 +57,14 @@ MAX_FRAMES = 10_000
 def length_of(
     *, frames: int | None, seconds: float | None, fps: float, longest: float = np.inf
 ) -> int:
-    """Frames at `fps` of a motion: as many as are asked for, or `seconds`, or `DEFAULT_SECONDS`
-    where those are not `longest`.
+    """Return the number of frames of a motion at `fps`.
+
+    This is the given number of frames or `seconds`; otherwise `DEFAULT_SECONDS`, at most `longest`.
 
     Raises
     ------
     InputError
-        Both are asked for, or a number is out of range.
+        Both are given, or a number is out of range.
     """
     if frames is not None and seconds is not None:
         raise InputError(
@@ -84,12 +87,12 @@ def length_of(
 
 
 def open_model(name: str) -> MotionModel:
-    """The named model; for `AUTO` the one with most actions.
+    """Open the named model; for `AUTO`, the one with the most actions.
 
     Raises
     ------
     InputError
-        No such model.
+        There is no model of that name.
     """
     from a2v.motion import MotionModel
 
@@ -97,8 +100,9 @@ def open_model(name: str) -> MotionModel:
 
 
 def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
-    """What is asked for as steps, and what makes them (`plan_motion`); in a terminal, words that
-    mean no action can be replaced by one of the nearest.
+    """Read the requested action as steps, and find the sources that make them (`plan_motion`).
+
+    If some words name no action, a user at a terminal can choose one of the nearest actions.
 
     Raises
     ------
@@ -130,8 +134,10 @@ def read_plan(asked: PlanOptions, *, directed: bool = False) -> MotionPlan:
 
 
 def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, fps: float) -> int:
-    """Frames of a plan at `fps`; where nothing is asked for, as long as its actions last by nature.
-    See `length_of`."""
+    """Return the number of frames of a plan at `fps`; by default, its actions' natural length.
+
+    See `length_of`.
+    """
     if frames is None and seconds is None and plan.seconds is not None:
         seconds = plan.seconds
     return length_of(frames=frames, seconds=seconds, fps=fps, longest=plan.longest)
@@ -140,12 +146,12 @@ def plan_length(plan: MotionPlan, *, frames: int | None, seconds: float | None, 
 def read_direction(
     model: MotionModel, steps: Sequence[Step], way: WayOptions, *, fps: float, count: int = 1
 ) -> Direction | None:
-    """Where the motion shall go, and what shall be on its way; None where nothing is asked for.
+    """Read the requested path of the motion, its keyframes and held joints; None without any.
 
     Raises
     ------
     InputError
-        A file or a number is none, or the model or the steps cannot take it.
+        A file or a number is invalid, or the model or the steps do not support it.
     """
     from a2v.motion.direct import check_directed
     from a2v.motion.direction import Direction, Keyframe
@@ -180,7 +186,7 @@ def read_direction(
 
 @dataclass(frozen=True, kw_only=True)
 class WayOptions:
-    """Where a motion goes, and what is on its way (docs/motion.md)."""
+    """Options for the path of a motion, keyframes and held joints (docs/motion.md)."""
 
     path: str | None = option(
         "path on the ground: points 'x,z x,z ...' in meters, or a .csv, .yaml or .svg file",
@@ -222,7 +228,7 @@ class WayOptions:
 
     @property
     def given(self) -> bool:
-        """Whether anything is asked for."""
+        """Whether any of these options is given."""
         return any(
             getattr(self, item.name) is not None
             for item in dataclasses.fields(WayOptions)
@@ -232,7 +238,7 @@ class WayOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class EditOptions:
-    """What is done to a motion once it is made."""
+    """Options for edits of a finished motion."""
 
     loop: bool = flag("make the motion a seamless cycle")
     in_place: bool = flag("remove travel and turning; keep the sway of the steps")
@@ -241,13 +247,13 @@ class EditOptions:
 
     @property
     def edit(self) -> Edit:
-        """The same for the library."""
+        """Return these options as the library's `Edit`."""
         return Edit(speed=self.speed, mirror=self.mirror, loop=self.loop, in_place=self.in_place)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ActionOptions:
-    """What is done."""
+    """Options for the action."""
 
     action: str = option(ACTION, default="")
     timeline: str | None = option(
@@ -259,7 +265,7 @@ class ActionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class LengthOptions:
-    """By which model, for how long, and which performance."""
+    """Options for the model, the length and the seed."""
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(
@@ -276,12 +282,12 @@ class LengthOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanOptions(LengthOptions, ActionOptions):
-    """What is done, for how long, and where to."""
+    """Options for the action and its length."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CarryOptions:
-    """How a motion is carried over to the person's body."""
+    """Options for carrying a motion over to the person's body."""
 
     from_photo: bool = flag("begin in the pose of the photo and blend into the action")
     raw: bool = flag("skip the contact clean-up: feet may slide as in the motion", rare=True)
@@ -293,7 +299,7 @@ class CarryOptions:
     blink: BlinkSettings = settings(BlinkSettings, users=("rate", "seed"))
 
     def parameters(self) -> Parameters:
-        """`retarget` and `blink`."""
+        """Return the parameters `retarget` and `blink`."""
         carried = self.retarget
         carried = dataclasses.replace(
             carried, raw=self.raw or carried.raw, from_photo=self.from_photo or carried.from_photo
@@ -311,9 +317,9 @@ class ResolvedMotion:
     Attributes
     ----------
     parameters : dict
-        The graph's, for a generated (`model`) or a recorded (`motion_file`) motion.
+        Parameters of the graph for a generated (`model`) or a recorded (`motion_file`) motion.
     understood : tuple of str
-        What the words of the action were taken for, a line a step.
+        Interpretation of the words of the action, one line per step.
     """
 
     parameters: Parameters
@@ -330,13 +336,13 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
     follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
     def resolve(self) -> ResolvedMotion:
-        """The graph's parameters of the motion; the words of the action are read once.
+        """Return the graph's parameters of the motion. The words of the action are read once.
 
         Raises
         ------
         InputError
-            An unknown model or file, an action that nothing comes near (the nearest are named), or
-            a number out of range.
+            The model, file or action is unknown (the message lists the nearest actions), or a
+            number is out of range.
         """
         moving: Parameters = {"edit": self.edit, **self.parameters()}
         if self.motion is not None:

@@ -1,4 +1,4 @@
-"""The question to a user at a terminal whose words name no action."""
+"""Ask a user at a terminal to choose an action if the given words name none."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ if TYPE_CHECKING:
 
 
 def offer_nearest(error: UnknownActionError) -> str:
-    """Let the user at a terminal choose one of the nearest actions; "" for none, or without a
-    terminal."""
+    """Let the user at a terminal choose one of the nearest actions.
+
+    Returns "" if the user chooses none, or if there is no terminal.
+    """
     if not (sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()) or os.environ.get(
         "CI"
     ):

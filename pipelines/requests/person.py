@@ -1,4 +1,4 @@
-"""The person of a video: the photo, and the settings of the stages from it to a character."""
+"""Request for the person of a video: the photo, and the settings of the stages that use it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ENGINE = EngineSettings()
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoOptions:
-    """The photo, and what replaces the detectors."""
+    """Options for the photo, and for user data that replaces the detectors' results."""
 
     photo: str = option(
         "photo of the whole person (JPEG, PNG...); repeat the option for further photos of the "
@@ -69,8 +69,10 @@ class PhotoOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PersonStages:
-    """The settings of the stages from a photo to a character; the backend says whether `implicit`
-    or `shape` counts."""
+    """Settings of the stages from a photo to a character.
+
+    The backend decides whether `implicit` or `shape` is used.
+    """
 
     backend: str = option(
         f"reconstruction method: {', '.join(NAMES)}",
@@ -146,7 +148,7 @@ class PersonStages:
 
     @property
     def reconstruction(self) -> BackendSettings:
-        """The settings of the backend that is asked for, with the digest of its weights."""
+        """Return the settings of the requested backend with the digest of its weights."""
         if self.backend == "body-prior":
             return self.shape
         if self.backend == "pifu":
@@ -159,7 +161,7 @@ class PersonStages:
         return plugged(self.backend, **checkpoints, smpl=smpl).pinned()
 
     def parameters(self) -> Parameters:
-        """Each stage's settings by the name that the graph has for them.
+        """Return the settings of each stage by the name of the graph's parameter.
 
         Raises
         ------
@@ -196,7 +198,7 @@ class PersonStages:
         }
 
     def with_photo(self, photo: str) -> PersonRequest:
-        """The person of a photo by these settings."""
+        """Make the request for the person in a photo with these settings."""
         return PersonRequest(
             photo=photo,
             **{item.name: getattr(self, item.name) for item in dataclasses.fields(PersonStages)},
@@ -205,10 +207,10 @@ class PersonStages:
 
 @dataclass(frozen=True, kw_only=True)
 class PersonRequest(Request, PersonStages, PhotoOptions):
-    """A character out of a photo."""
+    """A request for a character from a photo."""
 
     def resolve(self, store: Store) -> Parameters:
-        """The graph's parameters from a photo to a character; files are taken into `store`.
+        """Return the graph's parameters from a photo to a character; copy files into `store`.
 
         Raises
         ------
@@ -241,12 +243,12 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
 
 
 def corrections_of(path: str | None) -> Corrections:
-    """The corrections of a YAML file; none without one.
+    """Read the corrections in a YAML file; without a file there are none.
 
     Raises
     ------
     InputError
-        It cannot be read, or says what cannot be.
+        The file cannot be read, or holds an invalid value.
     """
     return (
         Corrections() if path is None else read_corrections(read_bytes(path, limit=MAX_BYTES), path)
@@ -258,12 +260,12 @@ MOST_PHOTOS = 8
 
 
 def listed(more: str) -> list[str]:
-    """The paths of further photos, which have commas between them.
+    """Split a list of paths of further photos at its commas.
 
     Raises
     ------
     InputError
-        More than `MOST_PHOTOS` with the first one.
+        With the first photo there are more than `MOST_PHOTOS`.
     """
     paths = [path.strip() for path in more.split(",") if path.strip()]
     if len(paths) >= MOST_PHOTOS:
@@ -274,7 +276,7 @@ def listed(more: str) -> list[str]:
 
 
 def body_model_file(name: str) -> File | None:
-    """The file of a body model of the user's own; None for those that a2v has.
+    """Return the file of a custom body model; None for the built-in models.
 
     Raises
     ------
@@ -289,7 +291,7 @@ def body_model_file(name: str) -> File | None:
 
 
 def _with_digest(settings: ImplicitSettings) -> ImplicitSettings:
-    """The settings with the digest of their weights, by which results are remembered."""
+    """Add the digest of the weights to the settings; cached results depend on it."""
     from a2v.reconstruction.implicit import ImplicitModel
 
     return dataclasses.replace(settings, digest=ImplicitModel.load(settings.weights or None).digest)

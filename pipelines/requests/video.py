@@ -1,5 +1,7 @@
-"""A video: a person, a motion and how it is filmed. The one description of it that command line,
-tables, page and Python share."""
+"""Request for a video: a person, a motion and a film.
+
+Command line, tables, page and Python share this one description.
+"""
 
 from __future__ import annotations
 
@@ -22,16 +24,17 @@ from pipelines.requests.person import PersonRequest, listed
 
 @dataclass(frozen=True, kw_only=True)
 class Resolved:
-    """A request that was checked: what the graph needs to make it.
+    """A checked request: everything that the graph needs to make the video.
 
     Attributes
     ----------
     parameters : dict
         The inputs of `graph` by name.
     recorded : bool
-        Whether the motion is a file's.
+        Whether the motion comes from a file.
     understood : tuple of str
-        What the words of the action were taken for, a line a part that is not an action's own name.
+        Interpretation of the words of the action: one line per part that is not the name of an
+        action.
     """
 
     parameters: Parameters
@@ -40,8 +43,10 @@ class Resolved:
 
     @property
     def in_force(self) -> Parameters:
-        """The parameters that are settings, with what was found for those left open; neither files
-        nor what is given by reference."""
+        """Return the parameters that are settings, with the defaults that were chosen.
+
+        Files and references to the store are left out.
+        """
         return {
             name: value
             for name, value in self.parameters.items()
@@ -50,13 +55,13 @@ class Resolved:
 
     @property
     def graph(self) -> Graph:
-        """The steps that make it."""
+        """Return the steps that make the video."""
         return video_graph(recorded=self.recorded, several="other" in self.parameters)
 
 
 @dataclass(frozen=True, kw_only=True)
 class VideoRequest:
-    """A video as it is asked for."""
+    """A request for a video."""
 
     person: PersonRequest = group(PersonRequest)
     motion: MotionRequest = group(MotionRequest)
@@ -64,8 +69,10 @@ class VideoRequest:
 
     @classmethod
     def of(cls, **values: object) -> VideoRequest:
-        """A request of values by their names, whichever part they belong to; see
-        `pipelines.requests.fields.Request.of`."""
+        """Make a request from values by name; each value goes to the part that it belongs to.
+
+        See `pipelines.requests.fields.Request.of`.
+        """
         own = _by_part(values)
         return cls(
             person=PersonRequest.of(**own["person"]),
@@ -74,7 +81,7 @@ class VideoRequest:
         )
 
     def changed(self, **values: object) -> VideoRequest:
-        """The same request with other values."""
+        """Return the request with some values replaced."""
         parts = {
             part: getattr(self, part).changed(**own)
             for part, own in _by_part(values).items()
@@ -83,7 +90,7 @@ class VideoRequest:
         return dataclasses.replace(self, **parts) if parts else self
 
     def described(self) -> dict[str, object]:
-        """Every value by its name, as `of` takes it."""
+        """Return all values by name, in the form that `of` takes."""
         parts = (getattr(self, item.name) for item in dataclasses.fields(self))
         return {
             item.name: getattr(part, item.name)
@@ -92,7 +99,7 @@ class VideoRequest:
         }
 
     def files(self) -> dict[str, str]:
-        """The files that it names, by the names of its values."""
+        """Return the files that the request names, by the names of the values."""
         named = self.described()
         more = {
             f"photo {number}": path
@@ -109,7 +116,7 @@ class VideoRequest:
         )
 
     def resolve(self, store: Store) -> Resolved:
-        """Check it and read what it names; files are taken into `store`.
+        """Check the request and read its files into `store`.
 
         Raises
         ------
@@ -135,7 +142,7 @@ MAYBE_FILES = ("model", "background", "camera", "look", "path")
 
 @functools.cache
 def _parts() -> Mapping[str, str]:
-    """The part that a name belongs to."""
+    """Return the part of the request that a name belongs to."""
     known = dict[str, str]()
     for part, kind in hints_of(VideoRequest).items():
         for name in (*names_of(kind), *(item.name for item in dataclasses.fields(kind))):
@@ -145,7 +152,7 @@ def _parts() -> Mapping[str, str]:
 
 
 def names() -> tuple[str, ...]:
-    """Names of all values of a video's request, those of settings as ``fit.steps``."""
+    """Return the names of all values of a request; settings of a stage look like ``fit.steps``."""
     return tuple(names_of(VideoRequest))
 
 
@@ -164,12 +171,16 @@ def _by_part(values: Mapping[str, object]) -> dict[str, dict[str, object]]:
 def video_parameters(
     store: Store, photo: str | os.PathLike[str], action: str = "", **values: object
 ) -> Parameters:
-    """The graph's parameters of a video; `values` by the names of `VideoRequest`. See
-    `VideoRequest.resolve`."""
+    """Return the graph's parameters of a video from `values` with the names of `VideoRequest`.
+
+    See `VideoRequest.resolve`.
+    """
     return VideoRequest.of(photo=photo, action=action, **values).resolve(store).parameters
 
 
 def photo_parameters(store: Store, photo: str | os.PathLike[str], **values: object) -> Parameters:
-    """The graph's parameters from a photo to a character; `values` by the names of
-    `PersonRequest`."""
+    """Return the graph's parameters from a photo to a character.
+
+    `values` have the names of `PersonRequest`.
+    """
     return PersonRequest.of(photo=photo, **values).resolve(store)

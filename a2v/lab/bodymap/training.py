@@ -39,22 +39,22 @@ class BodyMapSettings(RunSettings):
     iterations : int
         Number of iterations.
     batch_size : int
-        Views an iteration.
+        Number of views per iteration.
     learning_rate : float
-        Learning rate of AdamW, after a short warm-up along half a cosine.
+        Peak learning rate of AdamW. It follows half a cosine after a short warm-up.
     weight_decay : float
         Weight decay of the same optimizer.
     backbone_share : float
         Learning rate of BlazePose's own weights as a share of the others'.
     average : float
-        Share of the averaged weights that an iteration keeps; these are exported.
+        Decay of the moving average of the weights per iteration. The average is exported.
     half : bool
-        bfloat16 where torch holds it to be safe.
+        Use bfloat16 for the operations that torch's autocast considers safe.
     measured : int
-        Views of the validation split that every row of the log is measured on.
+        Number of validation views on which each row of the log is measured.
     initial : str
-        Folder of another run whose averaged weights to begin with, or of a ``bodymap.onnx``,
-        "shipped" for the one that comes with a2v, "" for BlazePose's.
+        Start from the averaged weights of a run's folder, or from a ``bodymap.onnx``. "shipped" is
+        the file of a2v, "" is BlazePose.
     """
 
     iterations: int = 12_000

@@ -113,7 +113,7 @@ class ActionDataset:
 
     @classmethod
     def from_clips(cls, clips: Sequence[Clip], **facts: Any) -> ActionDataset:
-        """A data set of these clips; `facts` are all attributes that no clip has."""
+        """Make a data set of clips; `facts` are the attributes that clips do not hold."""
         return cls(
             joints=tuple(clip.joints for clip in clips),
             labels=np.asarray([clip.action for clip in clips], dtype=np.int64),

@@ -17,7 +17,10 @@ EVERY = 10
 
 
 def generator_of_vae(model: MotionVAE, dataset: ActionDataset) -> Generate:
-    """Sampling of a VAE in training, in the data set's own frame, first root at the origin."""
+    """Return a function that samples motions from a VAE during training.
+
+    The motions are in the data set's own frame; the root starts at the origin.
+    """
     device, size = next(model.parameters()).device, model.settings.latent_size
 
     def generate(

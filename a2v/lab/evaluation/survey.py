@@ -101,7 +101,7 @@ class Survey:
 
     @property
     def id(self) -> str:
-        """16 hexadecimal digits over questions and key."""
+        """Identifier: 16 hexadecimal digits of a hash of the questions and the sources."""
         return hashlib.sha256(
             json.dumps([self.questions, self.sources], sort_keys=True).encode()
         ).hexdigest()[:16]

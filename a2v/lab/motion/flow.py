@@ -36,9 +36,9 @@ class FlowSettings(RunSettings):
     context_size : int
         Number of coefficients of the frames that a window continues.
     foot_place : float
-        Weight of the feet's places in what a code keeps (`a2v.lab.motion.windows.foot_metric`).
+        Weight of the error of foot positions in the code (`a2v.lab.motion.windows.foot_metric`).
     foot_step : float
-        Weight of the feet's steps from frame to frame in what a code keeps.
+        Weight of the error of foot motion between frames in the code.
     context_frames : int
         Frames that a following window sees.
     width : int
@@ -46,8 +46,8 @@ class FlowSettings(RunSettings):
     blocks : int
         Number of residual blocks of the network.
     condition_size : int
-        Width of what scales, shifts and gates the blocks: narrower than they are, since it is one
-        point per window.
+        Width of the vector that scales, shifts and gates the blocks. It is narrower than the
+        blocks, since there is one per window.
     iterations : int
         Number of iterations.
     batch_size : int
@@ -57,18 +57,18 @@ class FlowSettings(RunSettings):
     weight_decay : float
         Weight decay of the same optimizer.
     balance : float
-        Share of windows that are drawn with all actions alike; the others with all clips alike. For
-        sets with rare actions.
+        Share of windows drawn with all actions equally likely; the others are drawn with all clips
+        equally likely. For data sets with rare actions.
     face_forward : bool
-        Windows are turned so that their first frame faces +z. So the heading of the recording is
-        not learned, and any heading can be continued.
+        Turn every window so that its first frame faces +z. Then the recording's heading is not
+        learned, and a motion of any heading can be continued.
     context_dropout : float
-        Share of windows that are learned without context.
+        Share of windows on which the network is trained without context.
     action_dropout : float
-        Share of windows that are learned without an action, which guidance needs.
+        Share of windows on which the network is trained without an action; guidance needs these.
     emphasis : float
-        Exponent of the standard deviation with which a coefficient's error is weighted: 0 weights
-        all alike, 1 by how much they move the joints.
+        The error of a coefficient is weighted by its standard deviation to this power: 0 weights
+        all equally, 1 by how much they move the joints.
     half : bool
         Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU
         that has it.

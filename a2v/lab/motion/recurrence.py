@@ -75,10 +75,10 @@ class GRUTrace:
         return torch.lerp(candidate, state, update, out=self.states[frame + 1])
 
     def back(self, frame: int, gradient: Tensor) -> Tensor:
-        """Return the gradient (B, 3H) with respect to the inputs of `frame`, given that of its
-        state (B, H) from outside of the layer.
+        """Return the gradient (B, 3H) with respect to the inputs of `frame`.
 
-        Frames must be visited once each, from the last to the first.
+        `gradient` (B, H) is the gradient with respect to the state of `frame` from other layers.
+        Call this once per frame, from the last to the first.
         """
         size, candidate = self.size, self._candidates[frame]
         reset, update = self._gates[frame].chunk(2, 1)

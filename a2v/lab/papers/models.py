@@ -101,8 +101,10 @@ class PIFuHD(nn.Module):
             9,
         ) or self.image_filter.conv1.in_channels not in (3, 6, 9):
             raise InputError(
-                f"{path}: the levels see {coarse.image_filter.conv1.in_channels} and "
-                f"{self.image_filter.conv1.in_channels} channels"
+                f"{path}: the coarse and the fine level take "
+                f"{coarse.image_filter.conv1.in_channels} and "
+                f"{self.image_filter.conv1.in_channels} input channels; expected 3 or 9, and "
+                "3, 6 or 9"
             )
         fill(self, state, str(path))
 

@@ -109,7 +109,7 @@ class PapersSettings:
             )
         if self.pamir_geometry and not self.smpl:
             raise InputError(
-                "--pamir-geometry needs SMPL's .npz file too, your own: --fit.model SMPL.npz"
+                "--pamir-geometry also needs your SMPL file; give --fit.model SMPL.npz"
             )
         digest = hashlib.sha256()
         for name in (
@@ -291,6 +291,8 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
 
 
 def _distance(occupancy: FloatArray) -> FloatArray:
-    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far from
-    zero that no cell is refined for them."""
+    """Turn occupancy into a field for `extract_surface` that is negative inside.
+
+    Saturated occupancies give values far from zero, so that no cell is refined for them.
+    """
     return STEEPNESS * (0.5 - occupancy)

@@ -45,8 +45,8 @@ def list_avatars(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
     found = tuple(sorted(Path(folder).glob("*.glb")))
     if not found:
         raise InputError(
-            f"{folder} holds no .glb files; set A2V_DATA to the folder of data whose 'avatars' has "
-            "them"
+            f"{folder} holds no .glb files; set A2V_DATA to the data folder that holds them in "
+            "'avatars'"
         )
     return found
 

@@ -48,17 +48,17 @@ class FilmSettings:
     Attributes
     ----------
     camera : str
-        Of `CAMERAS`.
+        Kind of camera motion, from `CAMERAS`.
     width, height : int
-        Pixels.
+        Size of a frame, pixels.
     lens : float
         Focal length as for 35 mm film, millimeters.
     yaw : float
-        Whence the camera sees the person in the first frame, degrees; 0 is from the front.
+        Direction from which the camera sees the person in the first frame, degrees; 0 is the front.
     distance, held : float
-        Of the camera from the person's path, and over the floor, meters.
+        Distance of the camera from the person's path, and its height above the floor, meters.
     seed : int
-        Of the room, the light, and the hand.
+        Seed of the room, the light and the shaking hand.
     """
 
     camera: str = "still"

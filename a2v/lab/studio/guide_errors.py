@@ -17,10 +17,9 @@ from a2v.types import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class GuideErrors:
-    """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
+    """Standard deviations of the errors of `a2v.body.fit_body` with one photo.
 
-    The defaults imitate what was measured on validation views (docs/research/studio.md). Turns are
-    degrees.
+    The defaults imitate the errors measured on validation views (docs/research/studio.md).
 
     Attributes
     ----------
@@ -54,7 +53,7 @@ class GuideErrors:
     twist_legs : float
         Rotation of the bones of the legs about themselves, degrees.
     arms_forward : float
-        Mean turn of arms towards the camera: the detector's depth draws them there.
+        Mean rotation of the arms towards the camera, degrees. The detector's depths cause it.
     lean : float
         Rotation of the whole body about the image's horizontal axis, degrees.
     heading : float
@@ -64,9 +63,9 @@ class GuideErrors:
     girth : float
         Relative error of the thickness of each segment; half of its variance is common to all.
     shift : float
-        Meters in x and y, of the whole body.
+        Shift of the whole body in x and y, meters.
     scale : float
-        Relative error of the height, which scales the world: a photo does not show it.
+        Relative error of the height, which a photo does not show. It scales the whole body.
     """
 
     depth_torso: float = 5.0

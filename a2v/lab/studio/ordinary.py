@@ -44,8 +44,9 @@ def draw_ordinary(name: str, avatar: Avatar, generator: np.random.Generator) -> 
 
 
 def arm_reaching(avatar: Avatar, side: str, target: FloatArray, elbow: FloatArray) -> Pose:
-    """Rotations that put the wrist of the `side`'s arm at a point, by the triangle of upper arm and
-    forearm.
+    """Return rotations that put the wrist of one arm at a point.
+
+    The elbow follows from the triangle of upper arm and forearm.
 
     Parameters
     ----------
@@ -53,10 +54,10 @@ def arm_reaching(avatar: Avatar, side: str, target: FloatArray, elbow: FloatArra
     side : str
         "Left" or "Right".
     target : (3,)
-        Where the wrist goes, meters, in the world of the T-pose; it moves with the chest. What is
-        too far away is pointed at.
+        Position of the wrist, meters, in the frame of the T-pose; it moves with the chest. If the
+        point is out of reach, the arm is stretched towards it.
     elbow : (3,)
-        The direction in which the elbow lies from the line between shoulder and wrist.
+        Direction of the elbow from the line between shoulder and wrist.
     """
     collar, shoulder, fore, hand = (
         _head(avatar, side + bone) for bone in ("Shoulder", "Arm", "ForeArm", "Hand")

@@ -59,12 +59,12 @@ class StudioSettings:
     furniture : float
         Share of people with furniture that usually occludes a part of them.
     cut : float
-        Share of people whom the photo's border cuts.
+        Share of people who are cut off by the photo's border.
     photographs : float
-        Share of people in front of a photograph instead of a drawn background. `things`,
-        `furniture`, `cut` and `photographs` of 0 give version 1's views.
+        Share of people in front of a photograph instead of a drawn background. To get the views of
+        version 1, set `things`, `furniture`, `cut` and `photographs` to 0.
     backgrounds : str
-        Folder of photographs beside those of scikit-image's wheel; "" for none.
+        Folder of photographs that are used in addition to those of scikit-image; "" for none.
     people : str
         Who is photographed: "avatars", "makehuman" (people drawn and dressed by
         `a2v.lab.studio.makehuman`), or "both", by turns.

@@ -333,10 +333,10 @@ def _photograph(
     generator: np.random.Generator,
     chance: np.random.Generator,
 ) -> tuple[Photograph, RayScene]:
-    """The photo of a scene, whose person alone is `rays` and from the front `fore`, and the rays of
-    all that it shows.
+    """Return the photo of a scene, and the rays of everything in it.
 
-    `chance` draws a photograph behind, if there is one; all else is drawn from `generator`.
+    `rays` and the front view `fore` are of the person alone. `chance` draws the photograph in the
+    background, if there is one; `generator` draws everything else.
     """
     shown: Sitting = scene
     if scene.shown is not None:

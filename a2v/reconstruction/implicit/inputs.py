@@ -39,7 +39,7 @@ class Frame:
     mask : (S, S) float32
         Opacity of the person in [0, 1].
     camera : OrthographicCamera
-        Of the frame's pixels.
+        Projects world points to pixels of `image`.
     """
 
     image: ByteArray

@@ -140,8 +140,10 @@ def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]
 
 
 def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
-    """The zero level of a dressed body's distances: vertices (V, 3) meters, faces (F, 3),
-    outward."""
+    """Extract the surface where a dressed body's distance is zero.
+
+    Returns vertices (V, 3) in meters and faces (F, 3) that point outward.
+    """
     from skimage.measure import marching_cubes
 
     if not (dressed.field < 0).any():

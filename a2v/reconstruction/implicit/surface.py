@@ -30,8 +30,8 @@ COARSER = 0.8
 """The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a
 second faster."""
 RIM = 0.004
-"""So near to the mask's contour, meters, the surface is not smoothed: the silhouette stays what it
-is."""
+"""Distance to the mask's contour, meters, below which the surface is not smoothed. This keeps the
+silhouette."""
 
 
 @dataclass(frozen=True)
@@ -41,22 +41,22 @@ class ImplicitSettings:
     Attributes
     ----------
     weights : str
-        Folder of ONNX files of one's own training; "" for the shipped ones.
+        Folder with custom ONNX files; "" for the shipped ones.
     resolution : int
         Cells of the finest grid over the person's longer side.
     vertices : int
         Vertices to aim at, at least 25,000.
     smoothing : int
-        Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks'
-        maps show as faint lines; 0 for none.
+        Rounds of Taubin smoothing of the finished mesh, except at its rim; 0 for none. It removes
+        faint lines at the cells of the networks' maps.
     relief : float
-        Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0
-        to leave it out.
+        Stiffness of `follow_normals`, which bends the surface to the predicted normals; 0 to leave
+        it out.
     limits : bool
-        Keep the surface within a shell around the dressed body (`ShellLimits`): no slabs, and limbs
-        that nothing shows are whole.
+        Keep the surface within a shell around the dressed body (`ShellLimits`). It prevents slabs,
+        and completes occluded limbs.
     threads : int
-        Of onnxruntime; 0 for its default.
+        Number of threads of onnxruntime; 0 for its default.
     digest : str
         `ImplicitModel.digest` that the files must have; "" for any.
     """

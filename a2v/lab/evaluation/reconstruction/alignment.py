@@ -1,4 +1,4 @@
-"""Align shapes rigidly, so that only a rotation or shift is no error."""
+"""Align shapes rigidly, so that a rotation or a shift of the whole shape is not an error."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from a2v.types import FloatArray, IntArray
 
 
 def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Rotation (3, 3), shift (3,) and factor that bring points (N, 3) nearest to others: ``factor *
-    source @ rotation.T + shift`` (Umeyama 1991)."""
+    """Return rotation (3, 3), shift (3,) and scale factor that align `source` with `target` (N, 3).
+
+    The aligned points are ``factor * source @ rotation.T + shift`` (Umeyama 1991).
+    """
     rotation, _ = rigid(source, target)
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     turned = (source - middle) @ rotation.T
@@ -21,8 +23,8 @@ def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def rigid(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others by least squares
-    (Kabsch 1976)."""
+    """Return rotation (3, 3) and shift (3,) that align `source` with `target` (N, 3) by least
+    squares (Kabsch 1976)."""
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     left, _, right = np.linalg.svd((source - middle).T @ (target - aim))
     flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])

@@ -53,7 +53,7 @@ class BenchmarkSettings:
     panel : str
         Name of the photos in `PANELS`.
     views : int
-        Largest number of photos, the first ones; no panel has more than 40.
+        Largest number of photos; the first ones of the panel are taken. No panel has more than 40.
     seed : int
         Seed of the choice of points on the predicted surface.
     size : int

@@ -21,40 +21,41 @@ OUTFIT = 4
 
 @dataclass(frozen=True, kw_only=True)
 class QuickSettings:
-    """What quick views show. Shares are of all views; those of changed poses are drawn one after
-    the other.
+    """What quick views show.
+
+    A share is a fraction of all views. Changes of the pose are drawn one after the other.
 
     Attributes
     ----------
     seed : int
         Of the data set.
     people : str
-        "avatars", "makehuman" or "both", by turns.
+        "avatars", "makehuman", or "both" in turns.
     natural : float
         Share of people who stand naturally.
     open : float
         Share of people in T- and A-poses; all others are in the pose of a recorded frame.
     common : float
-        Of the recorded frames, the share drawn as they come; of the others every kind of pose is as
-        likely as every other.
+        Share of the recorded frames that are drawn uniformly. For the others, every kind of pose
+        is equally likely.
     limbs : float
         Share of poses with an arm or a leg of another frame.
     free : float
-        Share of poses whose limbs may be anywhere within their joints' limits.
+        Share of poses whose limbs are drawn anywhere within the limits of their joints.
     bent : float
         Share of poses with the trunk bent over the legs.
     curled : float
         Share of poses with the spine bent.
     facing : float
-        Share of people who roughly face the camera; the others are turned anyhow.
+        Share of people who roughly face the camera; the others face any direction.
     yaw : float
-        Standard deviation of the turn of those who face it, degrees.
+        Standard deviation of the turn of the people who face the camera, degrees.
     distance : tuple of 2 float
         Nearest and farthest camera, meters.
     height : tuple of 2 float
         Lowest and highest camera, meters over the floor.
     fill : tuple of 2 float
-        Longer side of the person's box as a fraction of the picture, from and to.
+        Smallest and largest longer side of the person's box, as a fraction of the picture.
     shift : float
         Standard deviation of the box's middle from the picture's, in the box's longer side.
     cut : float

@@ -1,4 +1,4 @@
-"""The rigs of other tools, each a table in ``rigs/``: names, hierarchy, rest pose and axes of the
+"""Read the rigs of other tools from ``rigs/``: names, hierarchy, rest pose and axes of the
 bones."""
 
 from __future__ import annotations
@@ -50,20 +50,20 @@ class RigBone:
     parent : str
         Empty for the topmost.
     sources : tuple of str
-        Anny's bones that it stands for, the first of which leads. Bones that no bone of the rig
-        names go with their nearest ancestor that one names.
+        Anny's bones that it replaces; it follows the first. Anny's bones that are in no bone's
+        sources follow their nearest ancestor that is.
     at : tuple of str
-        Anny's bones between whose heads its own head is in the rest pose; it moves with the first
-        source. The first source's by default.
+        Anny's bones; its head is in the middle of their heads in the rest pose and moves with the
+        first source. The first source by default.
     tail : str
         The rig's bone whose head is the other end; empty for the end that the body model gives.
     direction : str
-        Where the bone points in the rest pose: words such as "left" or "left front" of the person,
+        Direction of the bone in the rest pose: words such as "left" or "left front" of the person,
         "ahead" for a foot that keeps its tilt, or empty for the direction that it has in Anny's
         rest pose.
     toward : str
-        Where the second axis (`RigSpec.toward`) points in the rest pose, as near as the first lets
-        it.
+        Direction of the second axis (`RigSpec.toward`) in the rest pose, as near as the first axis
+        allows.
     """
 
     name: str
@@ -77,7 +77,7 @@ class RigBone:
 
 @dataclass(frozen=True, kw_only=True)
 class RigEnd:
-    """A bone without skin at the other end of a bone, with its axes.
+    """A bone without skin at the tail of another bone, with the same axes.
 
     Attributes
     ----------
@@ -92,18 +92,18 @@ class RigEnd:
 
 @dataclass(frozen=True, kw_only=True)
 class RigSpec:
-    """A rig that an animators' tool knows.
+    """A rig of an animation tool.
 
     Attributes
     ----------
     name : str
     title : str
-        What people call it.
+        Name that is shown to users.
     rest : str
         "T" or "A" (Anny's own rest pose, arms 45 degrees down).
     along, toward : str
-        Axes of the bones such as "+y": the one along the bone, and the one that `RigBone.toward`
-        aims. Empty for axes that are the world's in the rest pose.
+        Axes of the bones such as "+y": the axis along the bone, and the axis that `RigBone.toward`
+        directs. Empty if the bones have the world's axes in the rest pose.
     mirrored : bool
         Bones of the right side have both axes reversed.
     root : str
@@ -111,13 +111,13 @@ class RigSpec:
     bones : tuple of RigBone
         Parents first, without the root.
     ends : tuple of RigEnd
-        They stand behind all other bones.
+        Bones that follow all others.
     visemes : str
-        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets beside ARKit's.
+        Naming in `a2v.animation.visemes.NAMINGS` of the shapes that the face gets besides ARKit's.
     triangles : int
-        Of the mesh, at most; 0 for what the character has.
+        Largest number of triangles of the mesh; 0 keeps the character's.
     texture : int
-        Width and height of the texture, texels, at most, where `triangles` are given.
+        Largest width and height of the texture, texels, if `triangles` is given.
     """
 
     name: str
@@ -145,7 +145,7 @@ class RigSpec:
 
 @cache
 def load_rig(name: str) -> RigSpec:
-    """The table of a rig of `RIGS` other than `OWN_RIG`.
+    """Load the table of a rig of `RIGS` other than `OWN_RIG`.
 
     Raises
     ------
@@ -172,8 +172,8 @@ def load_rig(name: str) -> RigSpec:
 
 
 def _read_table(name: str) -> dict[str, Any]:
-    """The JSON of a rig. One that is ``like`` another has its bones under names without a
-    ``prefix``, with ``capitals``, and ``more``."""
+    """Read the JSON of a rig. A rig that is ``like`` another takes its bones: names lose the
+    ``prefix``, may get ``capitals``, and ``more`` bones are added."""
     table: dict[str, Any] = json.loads(
         (Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8")
     )

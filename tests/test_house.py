@@ -27,7 +27,6 @@ LONG_FUNCTIONS: dict[str, str] = {
     "pipelines/engine/run.py:run": "half of it is what its twelve arguments mean",
     "a2v/rendering/camera.py:follow_cameras": "to be shortened",
     "a2v/rendering/stickfigure/plots.py:plot_rows": "to be shortened",
-    "export/sample.py:bvh": "to be shortened",
 }
 #: What takes more parameters, and why.
 MANY_PARAMETERS: dict[str, str] = {

@@ -129,8 +129,9 @@ class ArapSolver:
         start : (V, 3) float or None
             First guess of the positions; None solves for them from `rotations`.
         rotations : (V, 3, 3) float or None
-            First guess of the rotations; identities by default. iterations : int
-            At most.
+            First guess of the rotations; identities by default.
+        iterations : int
+            Largest number of iterations.
         tolerance : float
             Stop when the energy falls by less than this fraction.
         """

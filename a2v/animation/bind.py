@@ -83,9 +83,8 @@ def bind(
 
     1. Each vertex of the surface is compared with its nearest body vertices. The cost is the
        distance plus the disagreement of the normals.
-    2. The cost of each body part is shared along the surface (diffusion), then the part of the
-       lowest cost is chosen. A hand that touches the hip so gets the part of the surface that it is
-       connected to. Given `parts` skip this.
+    2. The cost of each body part is diffused along the surface; the part of the lowest cost is
+       chosen, so that a hand on the hip stays part of the arm. Given `parts` skip this.
     3. The body vertex *of that part* with the lowest cost is the anchor (paper, Eq. 19).
     4. Skinning weights come from the anchors and are smoothed by a diffusion: close vertices with
        agreeing normals keep theirs, loose vertices take those around them. The four largest weights

@@ -32,7 +32,9 @@ class RigChange:
         Mesh and bones in the rig's rest pose, the soles on the ground. Weights of bones that the
         rig lacks are added to their nearest ancestor. Anchors are those of the given character.
     source : Body
-        Body of the given character. spec : RigSpec rest : (B, 4, 4) float64
+        Body of the given character.
+    spec : RigSpec
+    rest : (B, 4, 4) float64
         The body's own bones in the rig's rest pose.
     drivers : (K,) int
         Bone of the body at the head of each bone of the rig, without the root.

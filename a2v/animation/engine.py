@@ -1,5 +1,4 @@
-"""Prepare characters for game engines and phones: few triangles, a normal map, a smaller texture.
-"""
+"""Prepare characters for game engines and phones: few triangles, normal map, smaller texture."""
 
 from __future__ import annotations
 

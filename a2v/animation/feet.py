@@ -199,8 +199,7 @@ def needed_drop(transforms: FloatArray, rig: Rig, side: str, ankle: FloatArray) 
 
 
 def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> None:
-    """Move ankle, foot and toes to their places in `plan` by two-bone inverse kinematics, in place.
-    """
+    """Move ankle, foot and toes to `plan` by two-bone inverse kinematics, in place."""
     target, extra = plan.ankle, plan.extra
     hip_bone, knee_bone, foot = (rig.bones[f"{side}_{name}"] for name in ("hip", "knee", "ankle"))
     hip, knee, ankle = (transforms[:, bone, :3, 3].copy() for bone in (hip_bone, knee_bone, foot))

@@ -48,7 +48,7 @@ class _Shape:
     thumb : 3 directions
         Directions of the thumb's bones: along the hand, out of the palm, towards the index finger.
     loose : float
-        Weight in [0, 1] of the wrist's bend in opening and closing the fingers.
+        Weight of the wrist's bend in opening and closing the fingers.
     """
 
     flexion: tuple[Direction, Direction, Direction, Direction]

@@ -37,9 +37,10 @@ class Rig:
         Bones from one joint to the next: ``spine`` (above the pelvis up to below the neck),
         ``neck`` (from the neck to below the head), ``left_collar`` (from the chest to below the
         shoulder), ``left_shoulder`` (upper arm), ``left_elbow`` (forearm), ``left_hip`` (thigh),
-        ``left_knee`` (shin) and those of the right side. soles : dict of str to (toe (K,) bool,
-        points (K, 3)) Points on each foot (``left``, ``right``) in the frame of the foot's bone,
-        and whether they bend with the toes.
+        ``left_knee`` (shin) and those of the right side.
+    soles : dict of str to (toe (K,) bool, points (K, 3))
+        Points on each foot (``left``, ``right``) in the frame of the foot's bone, and whether they
+        bend with the toes.
     skin : (bones (K,), points (K, 3))
         Points on the body's surface in the frames of their bones.
     skin_normals : (K, 3)

@@ -21,8 +21,8 @@ SHAPE = "a2v bone"
 
 
 def bone_shape() -> Any:
-    """The wire that bones are drawn as: a ring around the bone's middle, a line along it; one
-    object for all characters."""
+    """Make the wire shape of bones: a ring around the bone's middle and a line along it; all
+    characters share it."""
     known = bpy.data.objects.get(SHAPE)
     if known is not None:
         return known
@@ -35,13 +35,13 @@ def bone_shape() -> Any:
         [],
     )
     shape = bpy.data.objects.new(SHAPE, mesh)
-    shape.use_fake_user = True  # it stands in no scene
+    shape.use_fake_user = True  # it is in no scene
     return shape
 
 
 def import_character(context: Any, path: str) -> Any:
-    """Import a GLB of a2v: bones drawn as rings, each clip an action that is kept, the first one
-    playing; gives the armature."""
+    """Import a GLB of a2v: bones drawn as rings, each clip a kept action, the first one active;
+    return the armature."""
     before = set(bpy.data.objects)
     actions = set(bpy.data.actions)
     bpy.ops.import_scene.gltf(filepath=path, disable_bone_shape=True)
@@ -98,11 +98,11 @@ class Making:
         self._program = subprocess.Popen(words, stdout=self._said, stderr=subprocess.DEVNULL)
 
     def running(self) -> bool:
-        """Whether it is not over yet."""
+        """Whether the command still runs."""
         return self._program.poll() is None
 
     def result(self, context: Any) -> tuple[Any, str]:
-        """The armature, or None and what went wrong; waits for the end."""
+        """Wait for the end; return the armature, or None and the error."""
         self._program.wait()
         self._said.seek(0)
         said = self._said.read()
@@ -156,7 +156,7 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
     wait: bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"})  # type: ignore[valid-type]
 
     def execute(self, context: Any) -> set[str]:
-        """Start a2v; the person appears when it is done."""
+        """Start a2v; the person appears when it has finished."""
         command = _command(context)
         if command is None:
             self.report(
@@ -185,7 +185,7 @@ class OBJECT_OT_a2v_person(bpy.types.Operator, ImportHelper):  # type: ignore[mi
 
 
 def _look_after(making: Making) -> float | None:
-    """Called by Blender's timer: seconds until the next call, None when it is over."""
+    """Called by Blender's timer: return the seconds until the next call, None at the end."""
     if making.running():
         return 1.0
     context = bpy.context
@@ -199,7 +199,7 @@ def _look_after(making: Making) -> float | None:
 
 
 class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
-    """Where a2v is."""
+    """Location of the a2v command."""
 
     bl_idname = __package__ or __name__
     command: bpy.props.StringProperty(  # type: ignore[valid-type]
@@ -207,7 +207,7 @@ class A2VPreferences(bpy.types.AddonPreferences):  # type: ignore[misc]
     )
 
     def draw(self, _: Any) -> None:
-        """Show the one setting."""
+        """Draw the one setting."""
         self.layout.prop(self, "command")
 
 

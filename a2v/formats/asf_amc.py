@@ -1,8 +1,9 @@
-"""Acclaim's ASF (a skeleton) and AMC (how it moves), as the CMU data base publishes its recordings.
+"""Read Acclaim's ASF (skeleton) and AMC (motion) files, the format of the CMU database.
 
-A bone's rotation from rest is ``C M C^-1`` after its parent's: C turns the world's axes to the
-bone's (``axis``), M is the frame's rotation in those; Euler angles turn about x first, then y, then
-z, both times. Positions are in inches over the file's ``length``.
+The rotation of a bone from rest is ``C M C^-1``, after the rotation of its parent. C turns the
+world's axes to the bone's axes (``axis``); M is the rotation of the frame in these axes. The Euler
+angles of both turn about x first, then y, then z. Positions are in inches over the file's
+``length``.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from a2v.types import FloatArray, Motion
 
 METRES_PER_INCH = 0.0254
 MAX_BONES = 200
-"""Bones of a file at most."""
+"""Largest number of bones in a file."""
 MAX_FRAMES = 200_000
-"""Frames of a file at most."""
+"""Largest number of frames in a file."""
 
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone of an ASF file: its direction at rest, length (the file's unit), its axes (degrees)
-    and which rotations a frame has."""
+    """A bone of an ASF file: direction at rest, length (the file's unit), axes (degrees) and the
+    rotations that frames contain."""
 
     name: str
     direction: FloatArray
@@ -38,7 +39,8 @@ class Bone:
 
 @dataclass(frozen=True)
 class AsfSkeleton:
-    """The bones of an ASF file, parents first, and meters of its unit; parent -1 is the root."""
+    """The bones of an ASF file, parents first, and the meters of its unit; parent -1 is the
+    root."""
 
     bones: tuple[Bone, ...]
     meters: float
@@ -46,12 +48,12 @@ class AsfSkeleton:
 
 
 def parse_asf(text: str, source: str) -> AsfSkeleton:
-    """Read a skeleton; `source` is what messages call it.
+    """Read a skeleton; `source` is its name in messages.
 
     Raises
     ------
     InputError
-        It is no ASF, or a bone is damaged.
+        The text is no ASF, or a bone is damaged.
     """
     sections: dict[str, list[list[str]]] = {}
     current: list[list[str]] = []
@@ -107,7 +109,7 @@ def _bones(lines: list[list[str]], radians: bool) -> dict[str, Bone]:
 
 
 def _in_order(lines: list[list[str]], bones: dict[str, Bone]) -> tuple[Bone, ...]:
-    """The bones, parents first, each with its parent's place."""
+    """Sort the bones, parents first, each with the index of its parent."""
     children = {words[0]: words[1:] for words in lines if words[0] not in ("begin", "end")}
     found: list[Bone] = []
     waiting = [(name, -1) for name in children["root"]]
@@ -124,28 +126,28 @@ def _in_order(lines: list[list[str]], bones: dict[str, Bone]) -> tuple[Bone, ...
 def read_amc(
     amc: str, asf: str, *, fps: float = 120.0, action: str = "", name: str = "AMC text"
 ) -> Motion:
-    """A recording on its skeleton.
+    """Read a recording on its skeleton.
 
     Parameters
     ----------
     amc, asf : str
         The files' texts.
     fps : float
-        AMC does not say its rate: CMU's are 120, some 60.
+        Frame rate, which AMC does not contain: CMU's is 120, some recordings have 60.
     action : str
     name : str
-        What messages call it.
+        Name of the recording in messages.
 
     Returns
     -------
     Motion
-        Meters, y up; a joint where each bone that has a length ends, named after the bone that
+        Meters, y up. Each bone with a length has a joint at its end, named after the bone that
         begins there.
 
     Raises
     ------
     InputError
-        A file is damaged, or they do not belong together.
+        A file is damaged, or the files do not belong together.
     """
     skeleton = parse_asf(asf, f"{name}'s skeleton")
     values = _frames(amc, skeleton, name)
@@ -207,7 +209,7 @@ def _motion(
 
 
 def _frames(text: str, skeleton: AsfSkeleton, source: str) -> dict[str, FloatArray]:
-    """Bone to its numbers (T, D)."""
+    """Read the numbers (T, D) of each bone."""
     widths = {"root": len(skeleton.root_order)} | {
         bone.name: len(bone.dof) for bone in skeleton.bones if bone.dof
     }

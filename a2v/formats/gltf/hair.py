@@ -1,5 +1,4 @@
-"""Long hair that swings: a layer over the hair on back and shoulders, on chains of bones below the
-head."""
+"""Make long hair swing: a layer over the hair on back and shoulders, on chains of bones."""
 
 from __future__ import annotations
 
@@ -22,11 +21,11 @@ from a2v.geometry.steps import smoothstep
 from a2v.types import MATERIALS, BoolArray, Character, FloatArray, IntArray, Surface
 
 CHAINS = 6
-"""At most so many around the neck."""
+"""Largest number of chains around the neck."""
 JOINTS = 3
-"""Of a chain that turn; one more is its end."""
+"""Number of joints of a chain that turn; one more is its end."""
 SWING = Swing(stiffness=0.8, gravity=0.15, drag=0.4, radius=0.01)
-"""Of hair."""
+"""How hair swings."""
 LENGTH = 0.08
 """Hair that hangs less than this below the base of the skull is short, meters."""
 _COLOR = 14.0
@@ -40,15 +39,15 @@ _LIFTED = (0.002, 0.006)
 _BLEND = 0.05
 """Height over which the layer's weights change from the head's to the chains', meters."""
 _SMALL = 40
-"""Pieces of fewer faces are left out."""
+"""Pieces with fewer faces are left out."""
 _SHARE = 0.04
-"""A chain has at least this share of the layer's vertices beside it."""
+"""Least share of the layer's vertices that are next to a chain."""
 _NEAR = 0.6
 """Width around a chain, in chains' widths, in which vertices determine its joints."""
 _ALONG = (("neck", "head"), ("upperChest", "neck"), ("chest", "upperChest"))
 """Bones of the trunk with capsules, and the bones where these end."""
 _ARMS = (("leftUpperArm", "leftLowerArm"), ("rightUpperArm", "rightLowerArm"))
-"""The same of the arms."""
+"""The same for the arms."""
 
 
 def hang_hair(character: Character) -> tuple[Character, Springs | None]:
@@ -141,7 +140,7 @@ def _hair_of(character: Character, skull: FloatArray) -> BoolArray:
 
 
 def _colors(surface: Surface) -> FloatArray:
-    """sRGB (V, 3) of the vertices, from the texture where there is one."""
+    """sRGB (V, 3) of the vertices, from the texture if present."""
     if surface.texture is None or surface.uv is None:
         return surface.colors.astype(np.float64)
     height, width = surface.texture.shape[:2]
@@ -200,8 +199,8 @@ def _with_layer(character: Character, chosen: IntArray) -> Character:
 
 
 def _columns(away: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Where points at `away` (n, 3) from the skull lie around it, in chains' widths (n,) from the
-    front to the person's left, and the chains (m,) beside which there is hair."""
+    """Position of points at `away` (n, 3) from the skull around it, in chains' widths (n,) from the
+    front to the person's left, and the chains (m,) that are next to hair."""
     along = np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * CHAINS % CHAINS
     number = np.bincount(np.round(along).astype(np.int64) % CHAINS, minlength=CHAINS)
     used = np.flatnonzero(number > _SHARE * len(along))

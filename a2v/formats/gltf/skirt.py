@@ -1,4 +1,4 @@
-"""A skirt that swings: chains of bones below the hips."""
+"""Make a skirt swing on chains of bones below the hips."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from a2v.formats.gltf.springs import (
 from a2v.types import BoolArray, Character, FloatArray, IntArray
 
 CHAINS = 10
-"""Around a skirt."""
+"""Number of chains around a skirt."""
 JOINTS = 4
-"""Of a chain that turn; one more is its end."""
+"""Number of joints of a chain that turn; one more is its end."""
 SWING = Swing(stiffness=0.6, gravity=0.2, drag=0.4, radius=0.015)
-"""Of cloth."""
+"""How cloth swings."""
 _LEAST = 0.15
-"""A layer that is lower than this is not a skirt, meters."""
+"""Least height of a skirt's layer, meters."""
 _TUCKED = 0.06
 """Depth of the uppermost joint below the skirt's top, which lies within the trunk, meters."""
 _LEGS = (("UpperLeg", "LowerLeg"), ("LowerLeg", "Foot"))
@@ -32,8 +32,8 @@ _LEGS = (("UpperLeg", "LowerLeg"), ("LowerLeg", "Foot"))
 def hang_skirt(character: Character) -> tuple[Character, Springs | None]:
     """Hang the skirt of a character on VRM's rig on chains of bones below the hips.
 
-    A skirt is a layer of its own, apart from the body's mesh, that begins about the hips and
-    reaches around both legs. Without one the character is returned unchanged, with None.
+    A skirt is a layer separate from the body's mesh that begins near the hips and surrounds both
+    legs. Without one the character is returned unchanged, with None.
     """
     skirt = _skirt_of(character)
     names = character.body.bone_names
@@ -86,7 +86,7 @@ def _skirt_of(character: Character) -> BoolArray | None:
 
 
 def _angle(points: FloatArray, middle: FloatArray) -> FloatArray:
-    """0 in front, growing to the person's left, in chains' widths (n,)."""
+    """Angle (n,) in chains' widths: 0 in front, growing to the person's left."""
     away = points - middle
     return np.asarray(np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) * CHAINS % CHAINS)
 

@@ -1,5 +1,4 @@
-"""From the trained network of the body map to ``bodymap.onnx``: one picture in, landmarks and maps
-out, without torch.
+"""Export the trained network of the body map to ``bodymap.onnx``: a picture to landmarks and maps.
 
 Arithmetic is float32, large weights are stored as float16.
 """
@@ -31,7 +30,7 @@ OUTPUTS = ("points", "log_scales", "maps")
 
 
 class BodyMapGraph(nn.Module):
-    """What the file computes; see `BodyMaps` for its outputs."""
+    """The computation of the file; see `BodyMaps` for its outputs."""
 
     def __init__(self, network: BodyMapNetwork) -> None:
         super().__init__()
@@ -53,26 +52,26 @@ def export_bodymap(
     initial: str = "",
     extra: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write `FILE` of a run of `a2v.lab.bodymap.training` into `folder`, from its averaged weights;
-    returns its path.
+    """Write `FILE` from the averaged weights of a run of `a2v.lab.bodymap.training` into `folder`;
+    return its path.
 
     Parameters
     ----------
     run : path
         The run's folder.
     license : str
-        Goes into the file.
+        License that is stored in the file.
     blend : float
-        Share, over 0, of the run's weights; the rest are those of the file in the folder `initial`
-        ("shipped": that of a2v) that the run began with. What a network learned of new views then
-        costs less of what it knew (Wortsman et al. 2022).
+        Share, above 0, of the run's weights; the rest are the weights of the file in the folder
+        `initial` ("shipped": that of a2v) from which the run started. The blend loses less of the
+        initial network's accuracy when new views are learned (Wortsman et al. 2022).
     extra : mapping, optional
-        More to say of the network (data, seeds), JSON.
+        More metadata of the network (data, seeds), JSON.
 
     Raises
     ------
     InputError
-        It is not trained, `blend` is no share, or there is nothing to blend with.
+        The network is not trained, `blend` is out of range, or no weights to blend with are found.
     """
     if not 0 < blend <= 1:
         raise InputError(
@@ -97,8 +96,8 @@ def export_bodymap(
 def blended(
     network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float
 ) -> BodyMapNetwork:
-    """The mean of a network's weights, counted `share`, and of `other` ones (`stored_weights`),
-    normalizations folded in both."""
+    """Blend a network's weights, with the weight `share`, and `other` weights (`stored_weights`);
+    normalizations are folded in both."""
     with tempfile.TemporaryDirectory() as folder:
         export_network(network, Path(folder) / FILE.name, license="")
         own = stored_weights(folder)
@@ -118,11 +117,11 @@ def export_network(
     license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a network as ONNX; its weights are rounded, in place, to what is stored."""
+    """Write a network as ONNX; its weights are rounded in place to the stored values."""
     round_to_stored(network)
     batch = torch.export.Dim("batch", min=1)
     before = torch.backends.mha.get_fastpath_enabled()
-    torch.backends.mha.set_fastpath_enabled(False)  # the fused attention has no ONNX
+    torch.backends.mha.set_fastpath_enabled(False)  # fused attention cannot be exported to ONNX
     try:
         with torch.no_grad():
             proto = to_onnx(

@@ -49,7 +49,7 @@ def describe(
     license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The metadata that makes the file usable alone."""
+    """The metadata that makes the file usable on its own."""
     return describe_data(dataset, license=license) | {
         "format": STEP_FORMAT,
         "decoder": model.settings.decoder,

@@ -1,7 +1,7 @@
 """Export of a trained window flow to one self-describing ONNX file.
 
-The graph carries noise to a whole window of joints: integration of the flow, decoding, continuation
-of given frames and forward kinematics inside. Longer motions and transitions are windows that
+The graph maps noise to a whole window of joints. It contains the integration of the flow, decoding,
+continuation of given frames and forward kinematics. Longer motions and transitions are windows that
 continue one another.
 """
 
@@ -31,14 +31,14 @@ from export.motion import demand_temperature
 from export.storage import round_to_stored, save_model, shrink
 
 STEPS = 7
-"""Steps of the integration: more do not change the metrics (docs/research/motion-flow.md)."""
+"""Number of integration steps; more do not change the metrics (docs/research/motion-flow.md)."""
 FADE_SECONDS = 1.0
-"""Time over which what a window misses of the frames it continues fades out: shorter, and motion
-rushes after each join (docs/research/motion-flow.md)."""
+"""Time over which the difference between a window and the frames it continues fades out. If it is
+shorter, motion rushes after each join (docs/research/motion-flow.md)."""
 
 
 class WindowGraph(nn.Module):
-    """Noise and condition to a window of joints."""
+    """Map noise and condition to a window of joints."""
 
     mean: Tensor
     basis: Tensor
@@ -111,14 +111,15 @@ class WindowGraph(nn.Module):
         context : (B, P, J, 3)
             Frames to continue, meters; only their motion relative to their first root counts.
         has_context : (B,)
-            1 to continue `context`, 0 to start anew.
+            1 to continue `context`, 0 to start without it.
         bone_lengths : (B, J)
             Native units.
         measure, gain : (K, D)
-            Constraints (`a2v.motion.steer`): what is measured of a code, and how a code moves for
-            what is missed, as in a Kalman filter.
+            Constraints (`a2v.motion.steer`): the linear measurement of a code, and how a code moves
+            for a miss, as in a Kalman filter.
         goal : (B, K) or (1, K)
-            What is to be measured. None: no constraints, for which the file has one of zeros.
+            Target of the measurement. None: no constraints, for which the file has one constraint
+            of zeros.
         """
         moved = (context - context[:, :1, :1]) / self.meters_per_unit
         heading = self._heading(moved, has_context)
@@ -136,7 +137,7 @@ class WindowGraph(nn.Module):
         features = (window @ self.basis + self.mean).reshape(
             noise.shape[0], self.frames, 3 * self.skeleton.n_joints
         )
-        # the given frames exactly, then a fade of what the window missed at the last of them
+        # the given frames exactly, then a fade of the window's miss at the last of them
         missed = given - features[:, : self.context_frames]
         held = torch.cat(
             [missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1
@@ -166,8 +167,8 @@ class WindowGraph(nn.Module):
         return tuple(made)  # type: ignore[return-value]
 
     def _heading(self, context: Tensor, has_context: Tensor) -> Tensor | None:
-        """Where windows head, (B, 2) of cosine and sine: as the context does, else ahead; None for
-        flows that learned headings."""
+        """Headings of windows, (B, 2) of cosine and sine: the context's, else straight ahead; None
+        for flows that learned headings."""
         if not self.network.settings.face_forward:
             return None
         known = has_context[:, None]
@@ -178,17 +179,17 @@ class WindowGraph(nn.Module):
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """How an exported flow is sampled; the file's metadata tell it.
+    """How an exported flow is sampled; it is stored in the file's metadata.
 
     Attributes
     ----------
     steps : int
-        Steps of the integration; see `FlowNetwork.integrate`.
+        Number of integration steps; see `FlowNetwork.integrate`.
     guidance, guided_until : float
         See `FlowNetwork.integrate`.
     temperature : float
-        The noise is multiplied by it: less makes clips that are more typical of their action, and
-        less varied.
+        Factor on the noise: a lower one makes clips that are more typical of their action and less
+        varied.
     """
 
     steps: int = STEPS
@@ -206,13 +207,13 @@ def export_flow(
     extra: Mapping[str, Any] | None = None,
     sampling: Sampling = Sampling(),
 ) -> None:
-    """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
+    """Write the ONNX file of `model`; its weights are rounded in place to the stored values.
 
     Parameters
     ----------
     model : FlowModel
     dataset : ActionDataset
-        What it was trained on.
+        Training data of the model.
     path : path
     license : str
         License of the weights, shown to users.
@@ -250,8 +251,8 @@ def export_flow(
 
 
 def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]:
-    """Metadata that every flow has besides `describe_data`: sizes, and how much of a window clips
-    of each action move."""
+    """Metadata of flows besides `describe_data`: sizes, and the moving share of windows for each
+    action."""
     shares = np.minimum(np.array([len(clip) for clip in dataset.joints]) / dataset.length, 1)
     return {
         "format": WINDOW_FORMAT,
@@ -259,7 +260,7 @@ def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]
         "latent_size": model.network.settings.code_size,
         "window_frames": model.codec.frames,
         "context_frames": model.codec.context_frames,
-        # how much of a window moves before its clip ends: sorted, one entry a clip, by action
+        # moving share of a window before its clip ends: by action, one sorted entry per clip
         "steerable": True,
         **_headings(model, dataset),
         "active": [
@@ -270,7 +271,7 @@ def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]
 
 
 def _headings(model: FlowModel, dataset: ActionDataset, *, windows: int = 48) -> dict[str, Any]:
-    """Where the data's windows face at first, by action, for flows that learned windows that face
+    """First headings of the data's windows by action, for flows that learned windows that face
     +z."""
     if not model.network.settings.face_forward:
         return {}
@@ -290,7 +291,7 @@ def _headings(model: FlowModel, dataset: ActionDataset, *, windows: int = 48) ->
 
 
 def _trace(graph: WindowGraph, model: FlowModel) -> onnx.ModelProto:
-    """The graph as ONNX, with a dynamic batch."""
+    """Trace the graph to ONNX, with a dynamic batch."""
     joints, context, size = (
         graph.skeleton.n_joints,
         model.codec.context_frames,
@@ -327,8 +328,7 @@ def _trace(graph: WindowGraph, model: FlowModel) -> onnx.ModelProto:
 
 
 def _make_optional(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Give inputs zeros of `shapes` as what they are when they are not given; lengths of 1 stay
-    free."""
+    """Give inputs zeros of `shapes` as their defaults; axes of length 1 stay dynamic."""
     for name, shape in shapes.items():
         proto.graph.initializer.append(numpy_helper.from_array(np.zeros(shape, np.float32), name))
         item = next(item for item in proto.graph.input if item.name == name)
@@ -338,7 +338,7 @@ def _make_optional(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]
 
 
 def _show(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Make weights outputs as well: what steers codes from outside needs to know what a code
-    means."""
+    """Make weights additional outputs: code that steers from outside needs the meaning of a
+    code."""
     for name, shape in shapes.items():
         proto.graph.output.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))

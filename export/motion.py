@@ -3,8 +3,8 @@
 The graph is the whole sampler: a Scan over frames around prior, generator, pose decoding and
 forward kinematics, with the noise as an input, so that the same noise gives the same motion as in
 PyTorch. Recurrent states and the previous pose are inputs and outputs: a run over one frame is the
-step that transitions, outpainting and endless sequences are made of; a run over many frames is the
-fast way to whole clips.
+step of transitions, outpainting and endless sequences; a run over many frames makes whole clips
+fast.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ from export.storage import SMALLEST_HALF, round_to_stored, save_model, shrink
 
 
 def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
-    """New state (B, H) for ``weight_ih @ x + bias_ih`` (B, 3H), written out: it exports to a
-    handful of nodes, which nn.GRU does not."""
+    """New state (B, H) for ``weight_ih @ x + bias_ih`` (B, 3H), written out: it exports to few
+    nodes, unlike nn.GRU."""
     resets, updates, candidates = gates.chunk(3, 1)
     by_reset, by_update, by_candidate = nn.functional.linear(state, weight, bias).chunk(3, 1)
     candidate = torch.tanh(candidates + torch.sigmoid(resets + by_reset) * by_candidate)
@@ -54,17 +54,16 @@ def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Ten
 
 
 def _keeps_turns(model: MotionVAE) -> bool:
-    """Whether the decoded rotation vectors are those of a motion: not without any, nor where chains
-    start from W_0 instead of the identity."""
+    """Whether the decoded rotation vectors are those of a motion: not if there are none, or if
+    chains start from W_0 instead of the identity."""
     return model.settings.decoder != "plain" and not model.settings.root_rotation
 
 
 class StepGraph(nn.Module):
-    """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the
-    meaning.
+    """One frame, which the Scan repeats. States are (B, H) each; see `MotionVAE.step`.
 
-    For one clip it is the number of nodes that costs: layers without a non-linearity between them
-    are one product, and what can be done for all frames at once is left to `RotationsGraph`.
+    For one clip the number of nodes determines the time. Layers without a non-linearity between
+    them are therefore one product, and work for all frames at once is left to `RotationsGraph`.
     """
 
     def __init__(self, model: MotionVAE) -> None:
@@ -145,8 +144,8 @@ class StepGraph(nn.Module):
 
 
 class RotationsGraph(nn.Module):
-    """Rotation vectors (B, T, J, 3) of all frames: of what `StepGraph` gives, or of the joints (B,
-    T, J, 3) where it gives none."""
+    """Rotation vectors (B, T, J, 3) of all frames, from those of `StepGraph`, or from the joints
+    (B, T, J, 3) if it gives none."""
 
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
@@ -154,7 +153,7 @@ class RotationsGraph(nn.Module):
         self.places = model.pose_decoder.plan.joints.argsort().tolist()
 
     def forward(self, made: Tensor) -> Tensor:
-        """See above."""
+        """Return the rotation vectors (B, T, J, 3)."""
         if self.plain:
             return inverse_kinematics(made, self.skeleton)
         rotvec = torch.pi * made.reshape(*made.shape[:2], -1, 3)[:, :, self.places]
@@ -162,8 +161,8 @@ class RotationsGraph(nn.Module):
 
 
 def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
-    """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; what it adds
-    to a graph has names of its own."""
+    """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; its names do
+    not clash with those of the other graph."""
     graph, n = RotationsGraph(model), model.skeleton.n_joints
     example = torch.randn(2, 3, n, 3) if graph.plain else torch.randn(2, 3, 3 * n - 3)
     sizes = {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}
@@ -188,7 +187,7 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
         outputs.append("frame_turns")
     dynamic = torch.export.Dim("batch", min=1)
     sizes = [{int(name == "lengths"): dynamic} for name in names]
-    # products of weights are left to onnxruntime: folded here, they would be rounded a second time
+    # onnxruntime folds products of weights: folded here, they would be rounded a second time
     # when they are stored
     return to_onnx(
         StepGraph(model).eval(), arguments, names, outputs, sizes, fold_below=SMALLEST_HALF
@@ -196,7 +195,7 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
 
 
 def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
-    """Take what depends on weights alone out of a Scan's body, for the graph around it."""
+    """Move nodes that depend on weights alone from a Scan's body to the graph around it."""
     known = {"", *(item.name for item in body.initializer)}
     constant: list[onnx.NodeProto] = []
     repeated: list[onnx.NodeProto] = []
@@ -214,10 +213,10 @@ def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
 def _frame_body(
     step: onnx.ModelProto,
 ) -> tuple[onnx.GraphProto, list[onnx.NodeProto], list[onnx.TensorProto]]:
-    """What the Scan repeats; the nodes and the weights that stand in the graph around it."""
+    """The Scan's body, and the nodes and weights of the graph around it."""
     body = onnx.GraphProto()
     body.CopyFrom(step.graph)
-    # what the Scan keeps of every frame: the joints, which are also a state, and the rotation
+    # outputs of the Scan for every frame: the joints, which are also a state, and the rotation
     # vectors if there are any
     body.node.append(helper.make_node("Identity", [body.output[0].name], ["frame_joints"]))
     body.output.insert(
@@ -347,27 +346,27 @@ def export_motion(
     temperature: float = 1.0,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
+    """Write the ONNX file of `model`; its weights are rounded in place to the stored values.
 
     Parameters
     ----------
     model : MotionVAE
     dataset : ActionDataset
-        What it was trained on: gives actions, skeleton, rates and default bone lengths.
+        Training data: gives actions, skeleton, rates and default bone lengths.
     path : path
     license : str
         License of the weights, shown to users.
     temperature : float
-        Of the prior, see `cool`; 1 is the papers'. Less makes clips that are more typical of their
-        action, and less varied.
+        Temperature of the prior, see `cool`; 1 is the papers'. A lower one makes clips that are
+        more typical of their action and less varied.
     extra : mapping
         More metadata (training settings, metrics); must be JSON.
 
     Raises
     ------
     InputError
-        The model has another number of actions than `dataset`, or the temperature is not above 0
-        and at most 2.
+        The number of actions differs from that of `dataset`, or the temperature is not above 0 and
+        at most 2.
     """
     if len(dataset.actions) != model.n_actions:
         raise InputError(

@@ -1,7 +1,7 @@
-"""From the trained networks of the implicit surface to the three ONNX files that
-`a2v.reconstruction.implicit` runs.
+"""Export the trained networks of the implicit surface to three files for
+`a2v.reconstruction.implicit`.
 
-``person_maps.onnx`` looks at the photo once; ``person_field.onnx`` gives the signed distance at
+``person_maps.onnx`` processes the photo once; ``person_field.onnx`` gives the signed distance at
 points, ``person_colors.onnx`` the colors of surface points. Arithmetic is float32, large weights
 are stored as float16.
 """
@@ -26,7 +26,7 @@ from export.storage import round_to_stored, save_model, shrink
 
 
 class MapsGraph(nn.Module):
-    """All that depends on the photo alone."""
+    """The part that depends on the photo alone."""
 
     def __init__(self, shape: Shape, detail: Detail, painter: Painter) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ def export_reconstruction(
     license: str,
     extra: Mapping[str, Any] | None = None,
 ) -> tuple[Path, ...]:
-    """Write the three files of a run of `a2v.lab.surface.training` into `folder`; returns their
+    """Write the three files of a run of `a2v.lab.surface.training` into `folder`; return their
     paths.
 
     Parameters
@@ -109,9 +109,9 @@ def export_reconstruction(
     run : path
         The run's folder, with the stages "shape", "detail" and "color".
     license : str
-        Goes into the files.
+        License that is stored in the files.
     extra : mapping, optional
-        More to say of the model (data, seeds), JSON.
+        More metadata of the model (data, seeds), JSON.
 
     Raises
     ------

@@ -2,8 +2,8 @@
 
     python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75 [--actions factors.csv]
 
-Guidance makes clips of some actions all alike and slow; the factors, a table of `action,factor`,
-give those a higher temperature of their own, and lively ones a lower one.
+Guidance makes the clips of some actions similar and slow. The factors, a table of `action,factor`,
+give such actions a higher temperature and lively actions a lower one.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ def retune(
     temperature: float,
     factors: Mapping[str, float] | None = None,
 ) -> None:
-    """Write the flow of `source` as one that was exported with another guidance and temperature
-    (see `export.flow.export_flow`).
+    """Rewrite the flow of `source` with another guidance and temperature (see
+    `export.flow.export_flow`).
 
     Parameters
     ----------
     factors : mapping of str to float or None
-        What the temperature of some actions is multiplied by; those of `source` without.
+        Factors on the temperature of some actions; None keeps those of `source`.
 
     Raises
     ------
     InputError
-        The file is no window flow, is not guided or has no temperature (1 leaves no trace in a
-        graph), a number is out of range, or an action is unknown.
+        The file is no window flow, is not guided or has no temperature (a temperature of 1 is not
+        in the graph), a number is out of range, or an action is unknown.
     """
     demand_temperature(temperature)
     proto = onnx.load(os.fspath(source))
@@ -104,7 +104,8 @@ def retune(
 def _replace(
     graph: onnx.GraphProto, number: onnx.TensorProto, products: Sequence[tuple[onnx.NodeProto, int]]
 ) -> None:
-    """Put a number, or one an action, into products; what is used no more goes."""
+    """Put a number, or one per action, into products; constants that are no longer used are
+    removed."""
     name = number.name
     for node in [node for node in graph.node if node.name.startswith(f"{name}_")]:
         graph.node.remove(node)
@@ -132,13 +133,13 @@ def _replace(
 
 
 def read_factors(path: str | os.PathLike[str]) -> dict[str, float]:
-    """The table `action,factor` of a file."""
+    """Read the table `action,factor` of a file."""
     with open(path, newline="", encoding="utf-8") as stream:
         return {row["action"]: float(row["factor"]) for row in csv.DictReader(stream)}
 
 
 def main() -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("source")
     parser.add_argument("target")

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Sample 3D human motion from one .onnx file of a2v, with numpy and onnxruntime and nothing else.
 
-    python sample.py motion_cmu.onnx                                  # what the file knows
+    python sample.py motion_cmu.onnx                                  # list the actions
     python sample.py motion_cmu.onnx --action Walk --out walk.bvh     # one clip, opens in Blender
     python sample.py motion_cmu.onnx --action Jump --count 8 --seed 3 --frames 90 --out jumps.npz
-    python sample.py motion_cmu.onnx --action "walk, then jump, then walk" --frames 180 --out
-    three.bvh       # by names; a2v motion knows other words too
+    python sample.py motion_cmu.onnx --action "walk, then jump" --frames 180 --out two.bvh
+
+Actions are given by their names; `a2v motion` understands other words too.
 
 Copy this file next to the model: it imports nothing of the project.
 """
@@ -25,22 +26,20 @@ from pathlib import Path
 import numpy as np
 
 CLIPS_AT_ONCE = 250
-"""Clips of one run of the graph: more are made in parts, which takes less memory and is no
-slower."""
+"""Number of clips per run of the graph. More clips take several runs: less memory, not slower."""
 MOST = 10_000
-"""Frames, and numbers of a noise vector, that a model may say it has."""
+"""Largest number of frames, and of numbers in a noise vector, that a model may have."""
 FORMATS = ("a2v-motion/1", "a2v-flow/1")
 LOGISTIC = 1.702
-"""The logistic function of this times a normal number is evenly spread over [0, 1], to a
-hundredth."""
+"""The logistic function of a normal number times this is uniform over [0, 1], to within 0.01."""
 STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
 class Model:
     """An exported motion model.
 
-    `metadata` says what the file knows: actions, fps, frames, skeleton, bone lengths (native
-    units), license.
+    `metadata` describes the file: actions, fps, frames, skeleton, bone lengths (native units),
+    license.
     """
 
     def __init__(self, path: str | os.PathLike[str], threads: int = 1) -> None:
@@ -111,8 +110,8 @@ class Model:
     def sample(
         self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0
     ) -> dict[str, np.ndarray]:
-        """Generate clips: joints (N, T, J, 3) in meters, y up, rotations (N, T, J, 3) and root (N,
-        T, 3)."""
+        """Sample clips: joints (N, T, J, 3) in meters, y up, rotations (N, T, J, 3), root (N, T,
+        3)."""
         names = names_of(action)
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
         lengths = np.tile(
@@ -136,7 +135,7 @@ class Model:
     def _steps(
         self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        """A model that makes one frame after the other."""
+        """Sample from a model that makes one frame after the other."""
         meta, count, frames = self.metadata, len(lengths), len(labels)
         feed: dict[str, np.ndarray] = {
             "noise": generator.standard_normal(
@@ -153,7 +152,7 @@ class Model:
         return self._run(feed)
 
     def _run(self, feed: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Joints and rotations of a graph whose inputs all have a row a clip."""
+        """Run the graph: joints and rotations. All inputs have one row per clip."""
         starts = range(0, len(feed["noise"]), CLIPS_AT_ONCE)
         parts = [
             {name: array[i : i + CLIPS_AT_ONCE] for name, array in feed.items()} for i in starts
@@ -168,7 +167,8 @@ class Model:
     def _windows(
         self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        """A model that makes whole windows; each goes on from the last frames of the one before."""
+        """Sample from a model that makes windows; each continues the last frames of the one
+        before."""
         meta, count, frames = self.metadata, len(lengths), len(labels)
         given, window = meta["context_frames"], meta["window_frames"]
         joints = np.zeros((count, frames, lengths.shape[1], 3), np.float32)
@@ -183,8 +183,8 @@ class Model:
                 noise = generator.standard_normal((count, meta["latent_size"]), dtype=np.float32)[
                     rows
                 ]
-                # how much of a window such clips move is drawn by the last number of the noise;
-                # what is gone on with is one of the longer half
+                # the last number of the noise draws the moving share of a window; a window that is
+                # continued takes one of the longer half
                 first = len(shares) // (2 if following else 20)
                 even = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
                 share = shares[first + (even * (len(shares) - first)).astype(np.int64)]
@@ -205,8 +205,8 @@ class Model:
                 new, rotated = self._run(feed)
                 new = new + context[:, :1, :1]
                 skip, left = given if following else 0, end - at[rows]
-                # a window that is gone on from does without its last two frames, in which clips
-                # come to rest
+                # a window that is continued loses its last two frames, in which clips come
+                # to rest
                 take = np.where(
                     left <= usable - skip, left, np.maximum(usable - 2, given + 4) - skip
                 )
@@ -223,10 +223,10 @@ def names_of(text: str) -> list[str]:
 
 
 def level_floor(joints: np.ndarray, window: int) -> np.ndarray:
-    """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
+    """Keep the floor of long clips (N, T, J, 3) at its height in their first `window` frames.
 
-    A small slope in every window would add up: the lowest joint over half a window is taken for the
-    floor, and what it moves away is taken off.
+    Small slopes of the windows would add up. The lowest joint over half a window is taken as the
+    floor, and its drift is subtracted.
     """
     frames, half = joints.shape[1], window // 2
     if frames <= window or half < 1:
@@ -265,7 +265,7 @@ def rotvec_to_rotmat(rotvec: np.ndarray) -> np.ndarray:
 
 
 def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
-    """Angles (..., 3) of R = Rz Rx Ry, in the order Z, X, Y."""
+    """Angles (..., 3) in degrees of R = Rz Rx Ry, in the order Z, X, Y."""
     x = np.arcsin(np.clip(rotmat[..., 2, 1], -1, 1))
     z = np.arctan2(-rotmat[..., 0, 1], rotmat[..., 1, 1])
     y = np.arctan2(-rotmat[..., 2, 0], rotmat[..., 2, 2])
@@ -273,11 +273,27 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
     return angles
 
 
+def bone_rotmats(rotations: np.ndarray, chains: list[list[int]]) -> dict[int, np.ndarray]:
+    """World rotations (T, 3, 3) of bones by the joint where each ends; identity for the root."""
+    local = rotvec_to_rotmat(rotations.astype(np.float64))
+    world_rotmat = {0: np.tile(np.eye(3), (len(rotations), 1, 1))}
+    for chain in chains:
+        for previous, joint in itertools.pairwise(chain):
+            # chains start from the identity
+            world_rotmat[joint] = (
+                local[:, joint]
+                if previous == chain[0]
+                else world_rotmat[previous] @ local[:, joint]
+            )
+    return world_rotmat
+
+
 def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
     """One clip (T, J, 3) as BVH text in centimeters.
 
-    A BVH joint rotates all bones that start at it, ours rotate one bone each: where several bones
-    start at a joint, each gets a helper joint of zero offset, ``<joint it leads to>_turn``.
+    A BVH joint rotates all bones that start at it, but the model's rotations each turn one bone.
+    Where several bones start at a joint, each gets a helper joint of zero offset, ``<joint it leads
+    to>_turn``.
     """
     skeleton = meta["skeleton"]
     parents, names = skeleton["parents"], skeleton["joint_names"]
@@ -286,18 +302,7 @@ def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
     ]
     lengths = 100 * np.linalg.norm(joints[0] - joints[0][np.maximum(parents, 0)], axis=-1)
     offsets = np.asarray(skeleton["rest_directions"]) * lengths[:, None]
-    local = rotvec_to_rotmat(rotations.astype(np.float64))
-    world_rotmat = {
-        0: np.tile(np.eye(3), (len(joints), 1, 1))
-    }  # world rotation of the bone that ends at a joint
-    for chain in skeleton["chains"]:
-        for previous, joint in itertools.pairwise(chain):
-            # chains start from the identity
-            world_rotmat[joint] = (
-                local[:, joint]
-                if previous == chain[0]
-                else world_rotmat[previous] @ local[:, joint]
-            )
+    world_rotmat = bone_rotmats(rotations, skeleton["chains"])
     lines, columns = ["HIERARCHY"], [100 * joints[:, 0]]
 
     def emit(
@@ -308,7 +313,7 @@ def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
         inside: list[int],
         joint: int | None,
     ) -> None:
-        """One node at `joint` (None: a helper, whose only content is the joint it leads to)."""
+        """Add one node at `joint` (None: a helper that contains only the joint it leads to)."""
         pad = "\t" * depth
         columns.append(rotmat_to_zxy_degrees(rotmat))
         channels = (
@@ -366,7 +371,7 @@ def write(path: Path, data: bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
-        mask = os.umask(0o022)  # it can only be read by setting it
+        mask = os.umask(0o022)  # umask can only be read by setting it
         os.umask(mask)
         Path(temporary).chmod(0o666 & ~mask)
         Path(temporary).replace(path)
@@ -376,7 +381,7 @@ def write(path: Path, data: bytes) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the script; returns the exit code."""
+    """Run the script; return the exit code."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -450,7 +455,7 @@ def main(arguments: list[str] | None = None) -> int:
         return refused(str(error))
     except (
         Exception
-    ) as error:  # a foreign graph raises many kinds, and its description may lack anything
+    ) as error:  # a foreign graph raises many kinds of errors, and its description may lack any key
         return refused(
             f"{options.model} cannot be used ({type(error).__name__}: {error}); give an .onnx file "
             "that a2v exported"
@@ -458,7 +463,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def refused(why: str) -> int:
-    """Say `why` in a line of the terminal; returns the exit code."""
+    """Print `why` on one line; return the exit code."""
     text = " ".join(why.split())
     print(
         "sample.py:",

@@ -1,5 +1,5 @@
-"""How exported models are stored: small files, with a description and without traces of the machine
-that wrote them."""
+"""Store exported models as small files with a description and no traces of the exporting
+machine."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ SMALLEST_BYTES = 16_384
 
 
 def _stored_as_bytes(tensor_name: str, shape: Sequence[int]) -> bool:
-    """Matrices of the network, each row with a scale of its own; the bases move joints directly and
-    keep more digits."""
+    """Matrices of the network that are stored as bytes with one scale per row; the bases move
+    joints directly and keep more digits."""
     return "network" in tensor_name and len(shape) == 2 and math.prod(shape) >= SMALLEST_BYTES
 
 
 def round_to_stored(module: nn.Module) -> None:
-    """Round what `shrink` stores, in place, so that storing loses nothing more.
+    """Round weights in place to the values that `shrink` stores, so that storing loses nothing
+    more.
 
     Small tensors keep float32: the frequencies of the time's waves must not move.
     """
@@ -46,8 +47,8 @@ def round_to_stored(module: nn.Module) -> None:
 
 
 def shrink(proto: onnx.ModelProto) -> None:
-    """Store the network's matrices as bytes with a scale a row and other large tensors as float16;
-    arithmetic stays float32.
+    """Store the network's matrices as bytes with one scale per row and other large tensors as
+    float16; arithmetic stays float32.
 
     Casts and products with scales are constants that onnxruntime folds once when it opens the file.
     """
@@ -86,8 +87,8 @@ def save_model(
 ) -> None:
     """Write a graph with its description.
 
-    What the exporter notes about the Python lines behind every node is left out: more bytes than
-    some models' weights, and paths of the machine that trained them.
+    The exporter's notes about the Python lines of each node are left out. They take more bytes than
+    the weights of some models and contain paths of the training machine.
     """
     for node in proto.graph.node:
         del node.metadata_props[:]

@@ -1,5 +1,4 @@
-"""Carrying a motion over to a body's rig: retargeting, binding (Eq. 19) and deformation (Eq.
-20)."""
+"""Apply a motion to a body's rig: retargeting, binding (Eq. 19) and deformation (Eq. 20)."""
 
 from a2v.animation.arap import ArapDeformer, ArapResult, DeformSettings
 from a2v.animation.bind import BindSettings, bind, skin_of

@@ -27,7 +27,7 @@ class DeformSettings:
         Weight of a control point against the rigidity of its surroundings (dimensionless; the
         paper's 1). Smaller is smoother: control is felt over about ``1 / sqrt(control)`` edges.
     iterations : int
-        At most, a frame.
+        Largest number of iterations per frame.
     tolerance : float
         Stop when the energy falls by less than this fraction.
     """
@@ -68,7 +68,7 @@ class ArapResult:
 
 
 class ArapSolver:
-    """Minimizes the (squared) objective of Eq. 20 for one mesh; factored once.
+    """Minimize the (squared) objective of Eq. 20 for one mesh; the matrix is factored once.
 
     sum_i sum_j k_ij |(x_i - x_j) - R_i (s_i - s_j)|^2 + sum_l c_l |x_l - target_l|^2
 
@@ -103,7 +103,7 @@ class ArapSolver:
                 f"control weights must be {count} numbers, none negative and not all zero"
             )
         weights = cotangent_weights(self.rest, faces)
-        stiffness = 2 * laplacian(weights)  # every edge counts from both of its ends
+        stiffness = 2 * laplacian(weights)  # every edge is counted from both of its ends
         self._factor = Cholesky(stiffness + diags(self.control))
         weights = weights.tocsr()
         weights.sort_indices()
@@ -120,7 +120,7 @@ class ArapSolver:
         iterations: int = 8,
         tolerance: float = 1e-4,
     ) -> ArapResult:
-        """Deform towards `targets`.
+        """Deform the mesh towards `targets`.
 
         Parameters
         ----------
@@ -129,9 +129,9 @@ class ArapSolver:
         start : (V, 3) float or None
             First guess of the positions; None solves for them from `rotations`.
         rotations : (V, 3, 3) float or None
-            First guess of the rotations; identities if left out.
+            First guess of the rotations; identities by default.
         iterations : int
-            At most.
+            Largest number of iterations.
         tolerance : float
             Stop when the energy falls by less than this fraction.
         """
@@ -223,10 +223,9 @@ def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights:
 
 class ArapDeformer:
     """Eq. 20 for a character: locally rigid, pulled towards the reposed body plus displacement
-    (`control_points`).
-
-    Factored once a character. Every frame starts from its *own* skinning result, not from the frame
-    before: frames may be computed in any order and on any machine with the same result.
+    (`control_points`). Factored once a character. Every frame starts from its *own* skinning
+    result, not from the frame before: frames may be computed in any order and on any machine with
+    the same result.
 
     Parameters
     ----------

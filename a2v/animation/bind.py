@@ -1,5 +1,5 @@
-"""Binding a reconstructed surface to the fitted body (Eq. 19): correspondences, displacements,
-skinning weights."""
+"""Bind a reconstructed surface to the fitted body (Eq. 19): anchors, displacements, skinning
+weights."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_are
 from a2v.types import Body, BoolArray, Character, FloatArray, IntArray, Surface
 
 _SHARPNESS = 0.01
-"""Meters of cost that make a body part e times less likely."""
+"""Cost in meters that makes a body part e times less likely."""
 _NEVER = 0.15
-"""Parts that cost so much more than the nearest one, meters, are not asked."""
+"""A part whose cost exceeds that of the nearest part by more than this, meters, is not considered.
+"""
 
 
 @dataclass(frozen=True)
 class BindSettings:
-    """How the surface finds its body.
+    """How vertices of the surface are matched to the body.
 
     Attributes
     ----------
@@ -47,7 +48,7 @@ class BindSettings:
 
 
 def skin_of(body: Body) -> Character:
-    """A body's own skin as a character, in gray: for clips that need a rig but no person.
+    """Return the body's own skin as a gray character, for clips that need a rig but no person.
 
     The four largest weights of each vertex are kept.
     """
@@ -80,15 +81,15 @@ def bind(
 ) -> Character:
     """Bind `surface` to `body`.
 
-    1. Every vertex of the surface looks at its nearest body vertices; distance plus disagreement of
-       normals is its cost.
-    2. The cost of each body part is shared along the surface (diffusion), then the cheapest part is
-       chosen: a hand that touches the hip belongs to what its own surface leads to. Known `parts`
-       skip this.
-    3. The cheapest body vertex *of that part* is the anchor (paper, Eq. 19).
-    4. Skinning weights come from the anchors and are smoothed by a diffusion that trusts close,
-       agreeing vertices and lets loose ones follow; the four largest are kept. Vertices that are
-       the body's own (``surface.twins``, ``surface.face``) keep its weights.
+    1. Each vertex of the surface is compared with its nearest body vertices. The cost is the
+       distance plus the disagreement of the normals.
+    2. The cost of each body part is diffused along the surface; the part of the lowest cost is
+       chosen, so that a hand on the hip stays part of the arm. Given `parts` skip this.
+    3. The body vertex *of that part* with the lowest cost is the anchor (paper, Eq. 19).
+    4. Skinning weights come from the anchors and are smoothed by a diffusion: close vertices with
+       agreeing normals keep theirs, loose vertices take those around them. The four largest weights
+       are kept. Vertices that come from the body (``surface.twins``, ``surface.face``) keep the
+       body's weights.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def bind(
     Raises
     ------
     InputError
-        The surface is empty, or nowhere near the body.
+        The surface is empty or far from the body.
     """
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     body_vertices = body.vertices.astype(np.float64)
@@ -169,7 +170,7 @@ def _distances(vertices: FloatArray, faces: IntArray, body_vertices: FloatArray)
 
 
 def _with_own_parts(character: Character) -> Character:
-    """The character with the body's own weights on the hands and the face that are the body's."""
+    """Return the character with the body's weights on hands and face that come from the body."""
     surface = character.surface
     if surface.twins is not None:
         own = np.flatnonzero(surface.twins >= 0)
@@ -203,11 +204,11 @@ def _of_each_part(
     asked: BoolArray,
     settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
-    """Of each of the body's P parts the cheapest vertex for each of `vertices` (V, 3): its cost (V,
-    P), meters, and the vertex (V, P).
+    """Find the vertex of each of the body's P parts with the lowest cost for each of `vertices` (V,
+    3): its cost (V, P), meters, and its index (V, P).
 
-    `distance` (V,) is that of the nearest vertex of all. Parts that are too far away to be chosen
-    cost infinitely much, unless `asked` (V, P).
+    `distance` (V,) is the distance to the nearest vertex of any part. Parts that are too far away
+    to be chosen have an infinite cost unless `asked` (V, P).
     """
     targets = body.vertices.astype(np.float64)
     cost, best = np.full(asked.shape, np.inf), np.zeros(asked.shape, np.int64)
@@ -230,8 +231,8 @@ def _nearest(
     target_normals: FloatArray,
     settings: BindSettings,
 ) -> tuple[FloatArray, IntArray]:
-    """The cheapest of a part's `targets` (N, 3) for each of `vertices` (V, 3): its cost (V,) in
-    meters and its index (V,)."""
+    """Find the target of the lowest cost among a part's `targets` (N, 3) for each of `vertices` (V,
+    3): its cost (V,) in meters and its index (V,)."""
     from scipy.spatial import cKDTree
 
     found = cKDTree(targets).query(vertices, k=min(settings.neighbors, len(targets)))
@@ -243,8 +244,8 @@ def _nearest(
 
 
 def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): the targets are no
-    nearer."""
+    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): a lower bound of the
+    distance to the targets."""
     outside = np.maximum(
         np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0
     )
@@ -261,8 +262,7 @@ def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArr
 def _choose_parts(
     cost: FloatArray, area: FloatArray, stiffness: Any, settings: BindSettings
 ) -> IntArray:
-    """Column (V,) of the part whose probability is the largest after sharing it along the
-    surface."""
+    """Column (V,) of the part with the largest probability after diffusion along the surface."""
     from scipy.sparse import diags
 
     sharp = np.exp(-(cost - cost.min(axis=1, keepdims=True)) / _SHARPNESS)

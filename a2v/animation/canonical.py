@@ -1,4 +1,4 @@
-"""The character of a surface that is known in the body's rest pose: nothing has to be bound."""
+"""Make the character of a surface that is given in the body's rest pose and needs no binding."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def standing_body(body: Body) -> Body:
 
 
 def standing_character(surface: Surface, body: Body) -> Character:
-    """The character of a surface that has a `Standing`, on the body that was fitted to it: both in
-    the body's rest pose, the soles on the ground.
+    """Make the character of a surface with a `Standing` on the body that was fitted to it: both in
+    the body's rest pose, with the soles on the ground.
 
     Raises
     ------
     InputError
-        The surface has none.
+        The surface has no `Standing`.
     """
     standing = surface.standing
     if standing is None:

@@ -1,5 +1,5 @@
-"""A character and its clips on the rig of another tool: new bones, a true rest pose, weights and
-animation re-expressed."""
+"""Convert a character and its clips to the rig of another tool: bones, rest pose, weights,
+animation."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from a2v.geometry.polar import nearest_rotations
 from a2v.types import Body, Character, Face, FloatArray, IntArray
 
 _STIFF = 100.0
-"""How much more the heads of a bone's children count than all of its skin: they keep their
-places."""
+"""Weight of the heads of a bone's children relative to all of its skin; it keeps the heads in
+place."""
 _KEPT_REST = 0.02
-"""Weight of a smooth rest pose against the photo's pose exactly."""
+"""Weight of a smooth rest pose relative to an exact reproduction of the photo's pose."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,17 +29,17 @@ class RigChange:
     Attributes
     ----------
     character : Character
-        Mesh and bones in the rig's rest pose, the soles on the ground; weights of bones that the
-        rig lacks are with their nearest ancestor's. Anchors are those of the given character.
+        Mesh and bones in the rig's rest pose, the soles on the ground. Weights of bones that the
+        rig lacks are added to their nearest ancestor. Anchors are those of the given character.
     source : Body
-        The given character's.
+        Body of the given character.
     spec : RigSpec
     rest : (B, 4, 4) float64
         The body's own bones in the rig's rest pose.
     drivers : (K,) int
-        Body's bone at the head of each bone of the rig, without the root.
+        Bone of the body at the head of each bone of the rig, without the root.
     owner : (B,) int
-        Bone of the rig, without the root, that each bone of the body goes with.
+        Bone of the rig, without the root, that each bone of the body follows.
     moments : (B, 3, 4) float64
         Of the skin of each bone of the body about the head of the rig's bone: sums of w x x^T and
         of w x, square meters and meters.
@@ -54,12 +54,12 @@ class RigChange:
     moments: FloatArray
 
     def follow(self, bone_transforms: FloatArray) -> FloatArray:
-        """The rig's bones for the body's own.
+        """Convert transforms of the body's bones to transforms of the rig's bones.
 
-        Every bone turns as the skin of all that it stands for does (least squares), but keeps its
-        children in their directions; the hips are where they were, all other bones keep their
-        lengths, so that only rotations are left, as engines take them. A root stays on the ground
-        at the origin.
+        Each bone gets the rotation that best fits the skin of all body bones that it replaces
+        (least squares) and the directions of its children. The hips keep their position. All other
+        bones keep their lengths, so only their rotations change, as engines require. A root stays
+        on the ground at the origin.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class RigChange:
         Returns
         -------
         (T, K, 4, 4) float64
-            World from bone of the rig's bones, the root first where it has one.
+            World from bone of the rig's bones; the root, if present, is first.
         """
         given = np.asarray(bone_transforms, dtype=np.float64)
         turns, heads = self._turns(given), self._heads(given)
@@ -92,7 +92,7 @@ class RigChange:
     def clips(
         self, clips: Mapping[str, tuple[FloatArray, float]]
     ) -> dict[str, tuple[FloatArray, float]]:
-        """`follow` for named clips of (bone transforms, frames per second)."""
+        """Apply `follow` to named clips of (bone transforms, frames per second)."""
         return {name: (self.follow(transforms), fps) for name, (transforms, fps) in clips.items()}
 
     def _heads(self, transforms: FloatArray) -> FloatArray:
@@ -130,8 +130,7 @@ class RigChange:
 def change_rig(character: Character, spec: RigSpec) -> RigChange:
     """Put a character on another rig.
 
-    The mesh is brought to the rig's rest pose in such a way that the new skinning gives the photo's
-    pose back.
+    The mesh is moved to the rig's rest pose so that the new skinning reproduces the photo's pose.
 
     Parameters
     ----------
@@ -147,7 +146,7 @@ def change_rig(character: Character, spec: RigSpec) -> RigChange:
     Raises
     ------
     InputError
-        The body has no bone of a name that the rig needs.
+        The body lacks a bone that the rig needs.
     """
     body = character.body
     drivers, owner = bones_of(body, spec)
@@ -226,8 +225,8 @@ def _rig_body(
 
 
 def _merged(character: Character, owner: IntArray) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (V, 4) of a character whose bones (B,) become `owner`: equal ones are
-    summed, the largest stand first."""
+    """Weights and bones (V, 4) of a character whose bones (B,) become `owner`: weights of the same
+    bone are summed and sorted, largest first."""
     bones = owner[character.bones]
     weights = character.weights.astype(np.float64)
     for later in range(1, 4):
@@ -269,8 +268,8 @@ def _unposed_face(character: Character, change: RigChange) -> Face | None:
 
 
 def _unposed(character: Character, change: RigChange, skin: FloatArray) -> FloatArray:
-    """Vertices (V, 3) in the rest pose whose new skinning at the photo's pose is the given surface;
-    `skin`: what they should resemble."""
+    """Vertices (V, 3) in the rest pose whose new skinning in the photo's pose gives the surface;
+    `skin` is the shape that they should resemble."""
     blended = blended_matrices(
         change.character, change.follow(character.body.bone_transforms[None])[0]
     )

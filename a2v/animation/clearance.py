@@ -1,4 +1,4 @@
-"""Arms that keep out of the trunk: a motion's joints are thin, the body that wears them is not."""
+"""Keep arms out of the trunk: joints of a motion have no volume, but the body has."""
 
 from __future__ import annotations
 
@@ -21,41 +21,41 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _FLESH = 0.008
-"""How far skin gives way where an arm lies on it, meters."""
+"""Depth in meters by which skin yields where an arm lies on it."""
 _REACH = 0.16
-"""Deeper than this, meters, the nearest skin does not say which way out is."""
+"""Depth in meters below which the nearest skin no longer gives the direction to the outside."""
 _SURE = 0.08
-"""Towards this depth, meters, the nearest skin may be that of the other side of the trunk: where
-the arm went in says more."""
+"""Near this depth, meters, the nearest skin may belong to the other side of the trunk. The place
+where the arm entered is then more reliable."""
 _ASIDE = 1.5
-"""How much outwards to the arm's own side counts beside where it went in: one that goes in at the
-front and comes out at the back passes the side."""
+"""Weight of the direction to the arm's own side relative to the place of entry: an arm that enters
+at the front and leaves at the back passes the side."""
 _ROUNDS = 10
-"""Rounds of finding where arms are within and of turning them, at most."""
+"""Largest number of rounds of finding the points inside and turning the arms."""
 _POINTS = 10
-"""Points of an arm that count in a frame: the deepest ones."""
+"""Number of the deepest points of an arm that are used in a frame."""
 _MARGIN = 0.02
-"""Points that are this near, meters, count too: what turns an arm out of one place must not bring
-it into another."""
+"""Points within this distance outside, meters, are used too: a turn that frees one point must not
+push another one inside."""
 _MOST = 1.2
-"""Radians that an upper arm is turned at most: what would need more is a pose that nobody takes,
-and is left."""
+"""Largest turn of an upper arm, radians. A pose that would need more is implausible and stays as it
+is."""
 _MOST_BENT = 0.5
-"""Radians by which an elbow is bent more or less, at most."""
+"""Largest change of an elbow's bend, radians."""
 _BENDS = (0.2, 0.6)
-"""Radians of an elbow's bend from which the plane that it bends in is known, and is known well."""
+"""Bends of an elbow, radians, from which its plane of bending is usable, and is reliable."""
 _FOLDED = 2.4
-"""Radians to which an elbow may be bent."""
+"""Largest bend of an elbow, radians."""
 _NOTHING = 4e-3
-"""Radians: less than this is no turn."""
+"""Smaller turns, radians, are dropped."""
 _UPPER = 0.5
-"""Share of the upper arm, from the shoulder, that may lie on the trunk: armpits do."""
+"""Share of the upper arm, from the shoulder, that may touch the trunk, as armpits do."""
 
 
 @dataclass(frozen=True)
 class _Trunk:
-    """The skin of trunk, head and thighs, which no arm moves: world positions and normals (T, K,
-    3), and a tree of the first for each frame."""
+    """The skin of trunk, head and thighs: world positions and normals (T, K, 3), and a search tree
+    of the positions for each frame."""
 
     points: FloatArray
     normals: FloatArray
@@ -82,8 +82,8 @@ class _Trunk:
 
 @dataclass(frozen=True)
 class _Arm:
-    """An arm's bones from the shoulder's and from the elbow's on, and the points of its skin, as
-    `Rig.skin` has them, that are to keep out."""
+    """Bones of an arm from the shoulder on and from the elbow on, and those points of its skin (as
+    in `Rig.skin`) that must stay outside the trunk."""
 
     left: bool
     shoulder: int
@@ -115,12 +115,12 @@ class _Arm:
 
 
 def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
-    """Turn arms about their shoulders and bend their elbows, smoothly and no farther than needed,
-    until they no longer lie within the trunk, the head or the thighs.
+    """Turn arms and bend elbows, smoothly and as little as needed, until no arm is inside the body.
 
-    Where an arm's skin is behind the tangent plane of the nearest skin of the trunk, it has to come
-    before that plane. All frames are solved for together (`smooth_turns`): the smallest and
-    smoothest turns that do so; then it is looked at again.
+    Arms turn about their shoulders and must leave the trunk, the head and the thighs. Skin of an
+    arm that is behind the tangent plane of the nearest skin must move in front of that plane. All
+    frames are solved together for the smallest and smoothest turns (`smooth_turns`); then the
+    depths are measured again.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
     Returns
     -------
     (T, B, 4, 4) float64
-        The input where nothing is to be done.
+        The input if no arm is inside.
     """
     out, trunk = transforms, _Trunk.of(transforms, rig)
     for side in SIDES:
@@ -143,7 +143,7 @@ def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
 
 
 def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: float) -> FloatArray:
-    """The clip with one arm out of the trunk."""
+    """Return the clip with one arm moved out of the trunk."""
     chest = (rig.chains["spine"] or [rig.bones["pelvis"]])[-1]
     axes = transforms[:, chest, :3, :3] @ rig.rest[chest].T
     out, turned = transforms, np.zeros((len(transforms), 4))
@@ -167,8 +167,8 @@ def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: fl
 
 
 def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
-    """How far the arms are within trunk, head and thighs at most (T, 2), meters, left and right; 0
-    where they keep out."""
+    """Largest depth (T, 2) of the left and the right arm inside trunk, head and thighs, meters; 0
+    outside."""
     depth, trunk = np.zeros((len(transforms), 2)), _Trunk.of(transforms, rig)
     for column, side in enumerate(SIDES):
         arm = _Arm.of(rig, side)
@@ -204,8 +204,8 @@ def _half_spaces(
     found: tuple[FloatArray, FloatArray],
     ways: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """How far the deepest points of an arm move outwards by its turns (T, M, 4), meters a radian,
-    and how far they have to (T, M), meters."""
+    """How far the deepest points of an arm move outwards per radian of its turns (T, M, 4), meters,
+    and how far they must move (T, M), meters."""
     depth, normal = found
     deepest = np.argpartition(-depth, min(_POINTS, depth.shape[1] - 1), axis=1)[:, :_POINTS]
     rows = np.arange(len(out))[:, None]
@@ -223,8 +223,7 @@ def _half_spaces(
 
 
 def _bend_of(transforms: FloatArray, arm: _Arm) -> tuple[FloatArray, FloatArray]:
-    """How much the elbow is bent (T,), radians, and the unit axis (T, 3) about which it bends
-    more."""
+    """Bend of the elbow (T,), radians, and the unit axis (T, 3) about which it bends further."""
     shoulder, elbow, wrist = (
         transforms[:, bone, :3, 3] for bone in (arm.shoulder, arm.elbow, arm.wrist)
     )
@@ -235,7 +234,7 @@ def _bend_of(transforms: FloatArray, arm: _Arm) -> tuple[FloatArray, FloatArray]
 
 
 def _limited(turned: FloatArray, bend: FloatArray) -> FloatArray:
-    """Turns (T, 4) within what an arm can do; what is nothing to see is nothing."""
+    """Limit turns (T, 4) to the range of an arm and drop turns that are too small to be visible."""
     size = np.linalg.norm(turned[:, :3], axis=-1, keepdims=True)
     turns = (
         turned[:, :3]
@@ -262,8 +261,8 @@ def _turned(transforms: FloatArray, arm: _Arm, axes: FloatArray, turned: FloatAr
 
 
 def _ways_out(depth: FloatArray, normal: FloatArray, axes: FloatArray, aside: float) -> FloatArray:
-    """Unit vectors (T, 3) along which a deep arm leaves the trunk: there where it went in, or comes
-    out again, in the `axes` of the chest."""
+    """Unit vectors (T, 3) along which a deep arm leaves the trunk, from the frames in which it
+    enters or leaves, in the `axes` of the chest."""
     deepest = depth.argmax(axis=1)
     rows = np.arange(len(depth))
     most = depth[rows, deepest]

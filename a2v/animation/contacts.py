@@ -1,4 +1,4 @@
-"""When a foot stands on the ground."""
+"""Find when a foot is in contact with the ground."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from a2v.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class ContactSettings:
-    """When a foot counts as standing, and how gently it is held.
+    """When a foot counts as in contact, and how smoothly it is held.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class ContactSettings:
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are filled.
     flight : float
-        Seconds: whoever touches nothing for longer does not jump but drifts, and is brought back to
-        the ground; 0 never does.
+        Seconds: a longer time without contact is drift, not a jump, and is moved back to the
+        ground; 0 disables this.
     follow_ground : float
         Seconds over which a slowly drifting ground level is followed (HumanAct12's floors are not
         level); 0 for a rigid one.
@@ -71,7 +71,7 @@ def find_contacts(
     on = np.zeros(len(heights), dtype=bool)
     for start, end in runs(maybe):
         inside = np.flatnonzero(sure[start:end])
-        if len(inside):  # from the first sure frame on until it is clearly over
+        if len(inside):  # from the first certain frame until the contact is clearly over
             on[start + inside[0] : end] = True
     least = max(1, round(settings.shortest * fps))
     for start, end in runs(~on):

@@ -1,4 +1,4 @@
-"""Curves over frames: runs, gaps bridged, smooth envelopes."""
+"""Curves over frames: find runs, bridge gaps, make smooth envelopes."""
 
 from __future__ import annotations
 
@@ -51,8 +51,7 @@ def near(flags: BoolArray, width: float) -> FloatArray:
 
 
 def eased(values: FloatArray, width: float) -> FloatArray:
-    """A smooth curve (T,) that is nowhere under `values`: widened by a maximum filter, then
-    smoothed."""
+    """A smooth curve (T,) that is nowhere below `values`: a maximum filter, then smoothing."""
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
     if values.max(initial=0.0) <= 0:

@@ -1,5 +1,4 @@
-"""Posing a character by skinning: the start of Eq. 20 and the fast fallback, and the paper's
-control points S*."""
+"""Pose a character by skinning (start of Eq. 20 and fast fallback), and the control points S*."""
 
 from __future__ import annotations
 
@@ -71,8 +70,8 @@ class ControlPoints:
     """The paper's target positions S*: the reposed body plus the displacement map (Eq. 19).
 
     The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone
-    ("free-form deformation" in the paper) these tear where neighboring vertices have different
-    anchors: `ArapDeformer` is what they are for.
+    ("free-form deformation" in the paper) these tear the surface where neighboring vertices have
+    different anchors; `ArapDeformer` uses them as soft constraints.
     """
 
     def __init__(self, character: Character):

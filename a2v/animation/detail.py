@@ -1,5 +1,4 @@
-"""Fingers and faces that a motion's joints do tell: those of clips and recordings with joints of
-fingers and one before the face."""
+"""Fingers and faces of motions with joints for the fingers and a joint in front of the face."""
 
 from __future__ import annotations
 
@@ -16,17 +15,18 @@ from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, Motion
 
 FRONT = "head_front"
-"""Name of a joint before the face: a head's own joint does not say which way it looks."""
+"""Name of a joint in front of the face: the head's own joint does not give the direction of the
+face."""
 KNUCKLES = ("index", "middle", "little")
 HEAD_SHARE = 0.6
-"""Of a turn of the head, what is not the neck's."""
+"""Share of a turn of the head that the head takes rather than the neck."""
 
 
 def detail_joints(motion: Motion) -> dict[str, FloatArray]:
-    """What a clip has beside the canonical joints: ``left_index_1`` to ``left_index_4`` and so on,
-    and `FRONT`; each (T, 3) float64, the clip's units.
+    """Joints of a clip besides the canonical ones: ``left_index_1`` to ``left_index_4`` and so on,
+    and `FRONT`; each (T, 3) float64, in the clip's units.
 
-    Hands of which a finger has not three joints are left out.
+    A hand is left out if one of its fingers lacks its three joints.
     """
     found: dict[str, FloatArray] = {}
     joints = motion.joints.astype(np.float64)
@@ -50,10 +50,10 @@ def follow_hands(
     source: Mapping[str, FloatArray],
     known: FloatArray,
 ) -> FloatArray:
-    """Bone transforms whose palms and fingers are those of a motion.
+    """Give bone transforms the palms and fingers of a motion.
 
-    The forearm takes what the palm turns about it, the wrist what is left; fingers point as they
-    do, seen from the hand.
+    The forearm takes the turn of the palm about it, the wrist takes the rest. Fingers keep the
+    directions that they have relative to the hand.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def follow_hands(
     source : dict of joint to (T, 3)
         `detail_joints` and canonical ones, in the same world.
     known : (T,) float
-        How much of the hands is the motion's, in [0, 1]; the rest stays as it is.
+        Weight of the motion's hands in [0, 1] against the hands of `transforms`.
     """
     out = transforms
     for side in SIDES:
@@ -98,8 +98,8 @@ def follow_hands(
 def follow_face(
     transforms: FloatArray, rig: Rig, source: Mapping[str, FloatArray], known: FloatArray
 ) -> FloatArray:
-    """Bone transforms (T, B, 4, 4) whose head looks where `FRONT` says, as far as it is `known`
-    (T,); the neck takes its share."""
+    """Turn the head of bone transforms (T, B, 4, 4) towards `FRONT` by the weight `known` (T,) in
+    [0, 1]; the neck takes a share."""
     chain = rig.chains["neck"]
     if FRONT not in source or "head_top" not in source or "head" not in rig.bones or not chain:
         return transforms
@@ -118,8 +118,8 @@ def follow_face(
 
 
 def _hand_axes(source: Mapping[str, FloatArray], side: str) -> FloatArray:
-    """Directions (T, 3, 3), a row each, along a motion's hand, out of its palm and towards its
-    thumb."""
+    """Directions (T, 3, 3) along a motion's hand, out of its palm and towards its thumb, one per
+    row."""
     wrist = source[f"{side}_wrist"]
     index, middle, little = (source[f"{side}_{finger}_1"] for finger in KNUCKLES)
     along = unit(middle - wrist)
@@ -129,7 +129,7 @@ def _hand_axes(source: Mapping[str, FloatArray], side: str) -> FloatArray:
 
 
 def _rig_axes(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
-    """The same of a rig's hand under transforms (T, B, 4, 4)."""
+    """The directions of `_hand_axes` for a rig's hand under transforms (T, B, 4, 4)."""
     side = np.cross(hand.palm, hand.along) * (-1 if hand.side == "right" else 1)
     turned = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T
     axes: FloatArray = np.einsum("tab,kb->tka", turned, np.stack([hand.along, hand.palm, side]))
@@ -137,7 +137,7 @@ def _rig_axes(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
 
 
 def _turn_palm(out: FloatArray, rig: Rig, hand: Hand, axes: FloatArray, known: FloatArray) -> None:
-    """Turn forearm and wrist so that the hand lies as `axes` (T, 3, 3) say; in place."""
+    """Turn forearm and wrist in place so that the hand has the directions `axes` (T, 3, 3)."""
     along, palm = (_rig_axes(out, rig, hand)[:, place] for place in (0, 1))
     wanted = axes[:, 1] - (axes[:, 1] * along).sum(-1, keepdims=True) * along
     angle = np.arctan2((np.cross(palm, wanted) * along).sum(-1), (palm * wanted).sum(-1))
@@ -146,7 +146,7 @@ def _turn_palm(out: FloatArray, rig: Rig, hand: Hand, axes: FloatArray, known: F
     steps = [
         *rig.chains[f"{hand.side}_elbow"],
         hand.wrist,
-    ]  # each turns with what is above it, and a share more
+    ]  # each bone turns with its parent, plus a share of its own
     turn = rotvec_to_rotmat((known * angle / len(steps))[:, None] * along)
     for bone in steps:
         turn_bones(out, subtree(rig.parents, bone), turn)

@@ -1,5 +1,4 @@
-"""Characters as game engines and phones want them: few triangles whose detail is in a normal map,
-and a texture of a chosen size."""
+"""Prepare characters for game engines and phones: few triangles, normal map, smaller texture."""
 
 from __future__ import annotations
 
@@ -14,12 +13,12 @@ from a2v.geometry.simplify import simplify
 from a2v.types import Character, FloatArray, Surface
 
 FACE = 300.0
-"""What an error of the shape counts for on the body's own face and wherever expressions move it,
-against 1 on clothes."""
+"""Weight of shape errors on the body's own face and wherever expressions move it; clothes have 1.
+"""
 HEAD = 3.0
-"""The same elsewhere on the head."""
+"""Weight of shape errors elsewhere on the head."""
 HANDS = 4.0
-"""The same on hands."""
+"""Weight of shape errors on hands."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +28,11 @@ class EngineSettings:
     Attributes
     ----------
     triangles : int
-        At most; 0 for all that were made.
+        Largest number of triangles; 0 keeps all.
     texture : int
         Width and height of the texture, texels: 1024, 2048 or 4096.
     normal_map : int
-        Of the map that carries the detail of what was simplified; 0 for none.
+        Width and height of the map that holds the detail lost by simplification; 0 for none.
     one_material : bool
         One material instead of one for each of skin, hair, cloth, eyes and mouth.
     """
@@ -58,11 +57,10 @@ class EngineSettings:
 
 
 def engine_ready(character: Character, settings: EngineSettings = EngineSettings()) -> Character:
-    """A character with at most so many triangles, their lost detail in a normal map, and a texture
-    of at most so many texels.
+    """Reduce a character's triangles and texture; the lost detail goes into a normal map.
 
-    Vertices that are left keep their places, weights and expressions exactly. A character that is
-    small enough is only given the texture's size.
+    The remaining vertices keep their positions, weights and expressions exactly. If the character
+    has few enough triangles, only the size of its texture changes.
 
     Parameters
     ----------
@@ -118,7 +116,7 @@ def with_triangles(character: Character, triangles: int) -> Character:
 
 
 def _importance(character: Character) -> FloatArray:
-    """What errors count for around each vertex (V,)."""
+    """Weight of shape errors around each vertex (V,)."""
     weight = np.array([_of_bone(name) for name in character.body.bone_names])[character.bones[:, 0]]
     if character.surface.face is not None:
         weight[character.surface.face.patch] = FACE
@@ -127,7 +125,7 @@ def _importance(character: Character) -> FloatArray:
 
 
 def _of_bone(name: str) -> float:
-    """What errors count for around a vertex that this bone moves most."""
+    """Weight of shape errors around a vertex that this bone moves most."""
     stem = name.removeprefix("left_").removeprefix("right_")
     return (
         HEAD
@@ -139,8 +137,8 @@ def _of_bone(name: str) -> float:
 
 
 def coarser(character: Character, triangles: int, texture: int = 4096) -> Character:
-    """A copy of at most so many triangles with the same pictures, at most `texture` texels a side:
-    the normal map of the finer one goes on."""
+    """A copy with fewer triangles and the same pictures, at most `texture` texels a side; it keeps
+    the normal map of the finer character."""
     small = engine_ready(
         character, EngineSettings(triangles=triangles, normal_map=0, texture=texture)
     )

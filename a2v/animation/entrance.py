@@ -1,4 +1,4 @@
-"""A clip that begins in the pose and place of the photo and goes over into its action."""
+"""Let a clip begin in the pose and place of the photo and blend into its action."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def photo_to_world(body: Body) -> FloatArray:
 
 
 def in_world(body: Body) -> FloatArray:
-    """World from bone (B, 4, 4) of a fitted body's own pose, where `photo_to_world` puts it."""
+    """World from bone (B, 4, 4) of a fitted body's own pose, moved by `photo_to_world`."""
     moved = body.bone_transforms.astype(np.float64)
     moved[:, :3, 3] += photo_to_world(body)
     return moved
@@ -32,10 +32,10 @@ def enter_from(
     fps: float,
     seconds: float = 0.9,
 ) -> FloatArray:
-    """Bone transforms whose first frame is `start` and that are a clip's own after `seconds`.
+    """Blend from the pose `start` in the first frame to the clip's own transforms after `seconds`.
 
-    Every bone turns the short way relative to its parent, with no speed at the start; the root
-    moves along.
+    Each bone turns the short way relative to its parent and has no speed at the start. The root is
+    blended too.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def enter_from(
 
 
 def _local(transforms: FloatArray, parents: IntArray) -> FloatArray:
-    """Parent from bone (T, B, 4, 4); the root's stay the world's."""
+    """Parent from bone (T, B, 4, 4); the root stays relative to the world."""
     local: FloatArray = np.linalg.inv(transforms[:, np.maximum(parents, 0)]) @ transforms
     local[:, parents < 0] = transforms[:, parents < 0]
     return local

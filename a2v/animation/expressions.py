@@ -1,4 +1,4 @@
-"""Expressions on a moving character, and when a person blinks."""
+"""Apply expressions to a moving character, and choose when the person blinks."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ class BlinkSettings:
 
 
 def blinks(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -> FloatArray:
-    """How far the lids are closed in each frame.
+    """Return how far the lids are closed in each frame.
 
     The times between blinks are exponentially distributed above the shortest one, with the mean
-    that the rate says; the first blink comes within the first two seconds. Each blink is shut at a
-    frame.
+    that `rate` gives. The first blink comes within the first two seconds. In each blink the lids
+    are shut in at least one frame.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def blinks(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -
 def blinking(
     frames: int, fps: float, settings: BlinkSettings = BlinkSettings()
 ) -> dict[str, FloatArray]:
-    """`blinks` as strengths (frames,) of both lids' expressions; empty where nobody blinks."""
+    """`blinks` as strengths (frames,) of both lids' expressions; empty without blinks."""
     shut = blinks(frames, fps, settings)
     return dict.fromkeys(BLINK, shut) if shut.any() else {}
 
@@ -100,13 +100,13 @@ def express(
     bone_transforms: FloatArray,
     strengths: Mapping[str, float],
 ) -> FloatArray:
-    """Posed vertices with expressions on them.
+    """Add expressions to posed vertices.
 
     Parameters
     ----------
     character : Character
     vertices : (V, 3)
-        Of one frame, meters: what `deform` or `ArapDeformer` gave.
+        Vertices of one frame, meters, as `deform` or `ArapDeformer` returns them.
     bone_transforms : (B, 4, 4)
         Of the same frame.
     strengths : by ARKit's names, usually in [0, 1]
@@ -114,7 +114,7 @@ def express(
     Returns
     -------
     (V, 3)
-        `vertices` themselves where nothing is expressed, or the character has no face.
+        `vertices` unchanged if all strengths are zero or the character has no face.
     """
     face = character.surface.face
     if face is None or not any(strengths.values()):

@@ -1,5 +1,4 @@
-"""What each foot does between and during its contacts, and how leg, foot and toes come to do it
-(two-bone inverse kinematics)."""
+"""Plan each foot between and during its contacts, and move the leg there by inverse kinematics."""
 
 from __future__ import annotations
 
@@ -16,19 +15,20 @@ from a2v.kinematics.skeleton import subtree
 from a2v.types import BoolArray, FloatArray
 
 _MARGIN = 0.003
-"""Meters that soles stay over the ground: skinning moves them a little against their bones."""
+"""Height of soles above the ground, meters: skinning moves them a little relative to their bones.
+"""
 
 _SLACK = 0.006
-"""Meters by which a stretched leg may miss its place before the pelvis comes down: less is not
-seen, bent knees are."""
+"""Largest miss of a stretched leg, meters, without lowering the pelvis: it is less visible than
+bent knees."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FootPlan:
-    """What a foot should do: `ankle` (T, 3), additional rotation `extra` (T, 3, 3), toes bent by
-    `toes` (T,) radians, and in which frames it is `on` the ground (T,); `move` (T, 3) is the
-    ankle's displacement, `height` (T,) the sole's over the ground, `rise` (T,) what a fast foot
-    should have at least."""
+    """The planned motion of a foot: `ankle` (T, 3), additional rotation `extra` (T, 3, 3), toes
+    bent by `toes` (T,) radians, and the frames in which it is `on` the ground (T,); `move` (T, 3)
+    is the ankle's displacement, `height` (T,) the sole's height above the ground, `rise` (T,) the
+    least height of a fast foot."""
 
     ankle: FloatArray
     extra: FloatArray
@@ -47,8 +47,8 @@ def plan_foot(
     settings: ContactSettings,
     under: FloatArray | float = 0.0,
 ) -> FootPlan:
-    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) that stand `under`
-    (T,) over the ground y = 0."""
+    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) whose surface is at
+    height `under` (T,) above the ground y = 0."""
     frames, foot = len(transforms), rig.bones[f"{side}_ankle"]
     up = np.zeros((frames, 3))
     up[:, 1] = under
@@ -66,7 +66,7 @@ def plan_foot(
     heel = offsets[np.where(bottom, at_rest[:, 2], np.inf).argmin()]
     sole = offsets @ np.swapaxes(rotmats, 1, 2) + ankle[:, None]
     ball_height = float((rig.rest[foot] @ ball)[1] - at_rest[:, 1].min())
-    # toes give way: what counts is the ball of the foot, or the toes where they are the lower
+    # toes bend: the ball of the foot counts, or the toes where they are lower
     front_height = np.minimum(
         (rotmats @ ball + ankle)[:, 1] - ball_height, np.maximum(sole[:, front, 1].min(-1), -0.01)
     )
@@ -90,14 +90,14 @@ def plan_foot(
             end_on = bool(toes_on[t])
             if end_on != bool(
                 toes_on[t - 1]
-            ):  # the foot rolls over: the other end is held from here
+            ):  # the foot rolls over: from here the other end is held
                 anchor = points[end_on][t, ::2] + correction[i - 1]
             correction[i] = anchor - points[end_on][t, ::2]
         move[start:end, ::2] = correction - correction.mean(0)
     lowest = placed[..., 1].min(-1)
     move[on, 1] = _MARGIN - lowest[on]
     move = bridged(move)
-    # off the ground nothing sinks, and what moves fast keeps clear of it
+    # without contact a foot does not sink below the ground, and a fast foot stays clear of it
     path = (points[True] + move)[:, ::2]
     speed = np.linalg.norm(np.diff(path, axis=0), axis=-1) * fps if frames > 1 else np.zeros(0)
     fastest = np.maximum(np.r_[speed, 0.0], np.r_[0.0, speed])
@@ -116,8 +116,8 @@ def plan_foot(
 
 
 def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:
-    """The plan with its fast foot kept clear of the ground, but not the lower one of two: somebody
-    has to stand."""
+    """Keep a fast foot clear of the ground, but not the lower one of two feet: one foot must
+    stand."""
     share = np.clip((plan.height - other.height + 0.03) / 0.04, 0, 1)
     up = np.maximum(plan.rise * share + _MARGIN - plan.height, 0)[:, None] * np.array(
         [0.0, 1.0, 0.0]
@@ -126,8 +126,8 @@ def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:
 
 
 def _toe_bend(rotmats: FloatArray, toes_on: BoolArray, width: float) -> FloatArray:
-    """Angle (T,) by which toes bend up against the foot so that they stay level while the heel is
-    raised."""
+    """Angle (T,) by which toes bend up relative to the foot, so that they stay level while the heel
+    is raised."""
     forward = rotmats[:, :, 2]
     dip = np.arcsin(np.clip(-forward[:, 1], -1, 1))
     bend: FloatArray = np.clip(dip, 0, np.deg2rad(50)) * near(toes_on, width)
@@ -148,8 +148,8 @@ def _bent(
 
 
 def carry_pelvis(plans: dict[str, FootPlan], fps: float, settings: ContactSettings) -> FloatArray:
-    """Displacement (T, 3) of the pelvis that carries it along with the standing feet, so that legs
-    keep their bend."""
+    """Displacement (T, 3) of the pelvis that moves it with the standing feet, so that legs keep
+    their bend."""
     from scipy.ndimage import gaussian_filter1d
 
     weights = {side: near(plan.on, settings.blend * fps) for side, plan in plans.items()}
@@ -167,7 +167,7 @@ def carry_pelvis(plans: dict[str, FootPlan], fps: float, settings: ContactSettin
 
 def _flattened(rotmats: FloatArray, flat: BoolArray, width: float) -> FloatArray:
     """Extra rotations (T, 3, 3) that lay a foot (rotated by `rotmats` from rest) flat, with one
-    heading a contact."""
+    heading per contact."""
     frames = len(rotmats)
     forward = rotmats[:, :, 2]
     heading = np.unwrap(np.arctan2(forward[:, 0], forward[:, 2]))
@@ -178,7 +178,7 @@ def _flattened(rotmats: FloatArray, flat: BoolArray, width: float) -> FloatArray
     heading = heading + bridged(gap)[:, 0] * near(flat, width)
     zero = np.zeros(frames)
     level = rotvec_to_rotmat(np.stack([zero, heading, zero], -1))
-    # only feet that are nearly flat anyway are laid flat
+    # only feet that are already nearly flat are laid flat
     lean = rotmat_to_rotvec(level @ np.swapaxes(rotmats, 1, 2))
     angle = np.linalg.norm(lean, axis=-1)
     ease = near(flat, width) * np.clip((np.deg2rad(60) - angle) / np.deg2rad(25), 0, 1)
@@ -199,8 +199,7 @@ def needed_drop(transforms: FloatArray, rig: Rig, side: str, ankle: FloatArray) 
 
 
 def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> None:
-    """Two-bone inverse kinematics, in place: bring ankle, foot and toes to where `plan` has
-    them."""
+    """Move ankle, foot and toes to `plan` by two-bone inverse kinematics, in place."""
     target, extra = plan.ankle, plan.extra
     hip_bone, knee_bone, foot = (rig.bones[f"{side}_{name}"] for name in ("hip", "knee", "ankle"))
     hip, knee, ankle = (transforms[:, bone, :3, 3].copy() for bone in (hip_bone, knee_bone, foot))

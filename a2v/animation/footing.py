@@ -1,5 +1,4 @@
-"""Steps, ladders and bars under whoever climbs, found from where feet and hands rest over the
-ground."""
+"""Find steps, ladders and bars of a climb from the places where feet and hands rest."""
 
 from __future__ import annotations
 
@@ -16,34 +15,34 @@ from a2v.props import Props, box, rod
 from a2v.types import Body, BoolArray, FloatArray
 
 NEAR_SOLE = 0.03
-"""Meters over its support up to which a point of a sole lies on it."""
+"""Largest height in meters above its support at which a point of a sole lies on it."""
 BORDER = 0.05
-"""Meters that a step goes on around the feet."""
+"""Margin of a step around the feet, meters."""
 WIDTH = 0.6
-"""Least width of steps and rungs, meters: a step is for two feet."""
+"""Least width of steps and rungs, meters: a step holds two feet."""
 SAME_LEVEL = 0.05
-"""Meters in height up to which two places are on one step."""
+"""Largest difference in height of two places on one step, meters."""
 GAP = 0.45
-"""Meters over the ground up to which they are."""
+"""Largest horizontal distance of two places on one step, meters."""
 SLAB = 0.04
 """Thickness of a step that is open below, meters."""
 ROD = 0.018
 """Radius of rungs, rails and bars, meters."""
 THROUGH = 0.04
-"""Share of the frames in which some of the person may be inside of a step."""
+"""Largest share of the frames in which some of the person may be inside a step."""
 SHRUNK = 0.025
-"""Meters from its surface from where on something is inside of a solid."""
+"""Depth in meters below its surface from which a point counts as inside a solid."""
 HEELS = (0.0, 0.35, 0.6)
 """Shares of a foot's length that may stand over the edge of its step."""
 HUNG_SECONDS = 0.4
-"""How long hands over the head rest, at least, on a bar."""
+"""Least time in seconds that hands above the head rest on a bar."""
 RUNG = 0.3
-"""Meters between the rungs of a ladder over the feet."""
+"""Distance between the rungs of a ladder above the feet, meters."""
 
 
 @dataclass(frozen=True)
 class FootingSettings:
-    """What is shown under the feet of whoever climbs.
+    """Solids that are shown under the feet of a person who climbs.
 
     Attributes
     ----------
@@ -56,8 +55,8 @@ class FootingSettings:
 
 @dataclass(frozen=True)
 class _Tread:
-    """Where feet rest: x and z of its lower and upper corner in the clip's axes, and its height,
-    meters."""
+    """A place where feet rest: x and z of its lower and upper corner in the clip's axes, and its
+    height, meters."""
 
     low: FloatArray
     high: FloatArray
@@ -76,8 +75,10 @@ class _Tread:
 
 
 def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
-    """Solids for a clip that climbs: a step where the person does not pass through it, else a slab;
-    a ladder where they pass through the highest.
+    """Find the solids of a clip that climbs.
+
+    A place where feet rest becomes a step if the person does not pass through it, else a slab. If
+    the person passes through the highest step, the places become a ladder.
 
     Parameters
     ----------
@@ -137,7 +138,7 @@ def find_props(bone_transforms: FloatArray, body: Body, fps: float) -> Props:
 
 
 def _facing(joints: dict[str, FloatArray], where: BoolArray) -> float:
-    """Angle about +y from +z in which hips face on average over the frames `where` (T,), or over
+    """Mean heading of the hips, as an angle about +y from +z, over the frames `where` (T,), or over
     all."""
     across = (joints["left_hip"] - joints["right_hip"])[where if where.any() else slice(None)].mean(
         axis=0
@@ -146,7 +147,7 @@ def _facing(joints: dict[str, FloatArray], where: BoolArray) -> float:
 
 
 def _treads(soles: Sequence[FloatArray], levels: FloatArray, raised: BoolArray) -> list[_Tread]:
-    """Where feet rest over the ground, places on one step together, the lowest first."""
+    """Places where feet rest above the ground, merged for each step, the lowest first."""
     found = list[_Tread]()
     for points, level, on in zip(soles, levels, raised, strict=True):
         for start, end in runs(on):
@@ -174,7 +175,7 @@ def _treads(soles: Sequence[FloatArray], levels: FloatArray, raised: BoolArray) 
 
 def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
     """A step down to the ground, or else a slab, that the person (T, K, 3) does not pass through;
-    None where neither will do."""
+    None if both fail."""
     middle = 0.5 * (tread.low[0] + tread.high[0])
     half = max(0.5 * WIDTH, 0.5 * (tread.high[0] - tread.low[0]) + BORDER)
     length = tread.high[1] - tread.low[1]
@@ -203,7 +204,7 @@ def _solid(tread: _Tread, skin: FloatArray) -> tuple[str, FloatArray] | None:
 
 
 def _slab(tread: _Tread) -> tuple[str, FloatArray]:
-    """A slab under the feet alone, where the person passes through all that is larger."""
+    """A slab under the feet alone, for a person who passes through every larger solid."""
     return "slab", box(
         np.array([tread.low[0], tread.height - SLAB, tread.low[1]]),
         np.array([tread.high[0], tread.height, tread.high[1]]),
@@ -211,14 +212,14 @@ def _slab(tread: _Tread) -> tuple[str, FloatArray]:
 
 
 def _through(skin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """Share of frames in which some of the skin (T, K, 3) is inside of a box."""
+    """Share of frames in which some of the skin (T, K, 3) is inside a box."""
     inset = np.minimum(SHRUNK, 0.3 * (high - low))
     inside = ((skin > low + inset * [1, 0, 1]) & (skin < high - inset)).all(axis=-1).any(axis=-1)
     return float(inside.mean())
 
 
 def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray]]:
-    """Rungs under the balls of the feet, and with them rails up to where hands `reach`; a single
+    """Rungs under the balls of the feet with rails up to the height `reach` of the hands; a single
     rung stands on two posts."""
     if not rungs:
         return []
@@ -263,7 +264,7 @@ def _ladder(rungs: Sequence[_Tread], reach: float) -> list[tuple[str, FloatArray
 def _bars(
     hands: dict[str, FloatArray], head: FloatArray, flies: BoolArray, fps: float
 ) -> list[tuple[str, FloatArray]]:
-    """Bars on posts where both hands rest over the head (T,) while no foot stands."""
+    """Bars on posts where both hands rest above the head (T,) while no foot stands."""
     slow = np.all([speed_of(points, fps) < 0.5 for points in hands.values()], axis=0)
     over = np.minimum(*(points[:, 1] for points in hands.values())) > head + 0.05
     solids = list[tuple[str, FloatArray]]()

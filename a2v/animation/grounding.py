@@ -1,5 +1,4 @@
-"""Feet that stand still on the ground: the ground found, contacts locked, the pelvis carried
-along."""
+"""Keep standing feet still: find the ground, lock contacts, move the pelvis with them."""
 
 from __future__ import annotations
 
@@ -20,18 +19,18 @@ def clean_contacts(
     settings: ContactSettings,
     steps: FloatArray | None = None,
 ) -> FloatArray:
-    """Put a retargeted clip on the ground and keep its standing feet where they are.
+    """Put a retargeted clip on the ground and keep its standing feet in place.
 
-    1. The ground level is found under the body's lowest points and followed where it drifts; then
-       finely under the standing feet.
+    1. The ground level is found under the body's lowest points and followed if it drifts. It is
+       then refined under the standing feet.
     2. Heel and toes are in contact while they are low and slow (with hysteresis).
     3. A foot in contact turns flat where heel and toes both touch; its touching end is held at one
-       place, the heel handing over to the toes as the foot rolls. Between contacts the correction
-       runs smoothly from one to the next.
-    4. Body parts under the ground lift the pelvis, the standing feet carry it along, legs too short
-       to reach lower it; all smoothly.
-    5. Toes bend while the heel is raised; a fast foot keeps clear of the ground. Thigh and shin
-       follow by two-bone inverse kinematics in the knee's own plane.
+       place, first the heel and then the toes as the foot rolls. Between contacts the correction
+       changes smoothly from one to the next.
+    4. Body parts below the ground lift the pelvis, standing feet move it with them, and legs that
+       are too short lower it; all smoothly.
+    5. Toes bend while the heel is raised; a fast foot stays clear of the ground. Thigh and shin
+       follow by two-bone inverse kinematics in the plane of the knee.
 
     Parameters
     ----------
@@ -41,8 +40,8 @@ def clean_contacts(
     fps : float
     settings : ContactSettings
     steps : (2, T) float or None
-        How high over the ground what the left and the right foot stand on is; the ground is then as
-        level and as high as the motion has it.
+        Height above the ground of the surface under the left and the right foot. The ground is then
+        level, at the height that the motion gives.
 
     Returns
     -------
@@ -75,11 +74,11 @@ def clean_contacts(
 
 
 def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:
-    """Level (T,) of the ground under a clip whose root may rise or sink slowly, as generated ones
-    do.
+    """Level (T,) of the ground under a clip whose root may rise or sink slowly, as in generated
+    clips.
 
-    Nobody flies for longer than `ContactSettings.flight`: the lower envelope (a morphological
-    opening) of the body's lowest point, smoothed.
+    It is the smoothed lower envelope (a morphological opening) of the body's lowest point, since no
+    person is airborne for longer than `ContactSettings.flight`.
     """
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
@@ -97,8 +96,8 @@ def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetti
 
 
 def _below_steps(transforms: FloatArray, rig: Rig, steps: FloatArray) -> float:
-    """Level of the ground under a clip whose feet stand on `steps` (2, T): where the lower foot is
-    over its own, when it is low."""
+    """Level of the ground under a clip whose feet stand on `steps` (2, T): a low quantile of the
+    lower foot's height above its step."""
     over = [
         sole_points(transforms, rig, side)[..., 1].min(-1) - own
         for side, own in zip(SIDES, steps, strict=True)
@@ -121,7 +120,7 @@ def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettin
         sure = np.exp(-((slow / settings.speed_on) ** 2)) * (np.abs(height) < 0.1)
         total += sure * height
         weight += sure
-    # the foot that stands lower is the one on the ground: weigh by evidence, smooth both
+    # the lower standing foot is on the ground: weigh by evidence, smooth both
     from scipy.ndimage import gaussian_filter1d
 
     sigma = settings.follow_ground * fps
@@ -132,7 +131,7 @@ def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettin
 
 
 def _lift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:
-    """How far (T,) body parts other than the legs sink below the ground, eased in time."""
+    """Depth (T,) of body parts other than the legs below the ground, smoothed over time."""
     feet = set()
     for side in SIDES:
         feet |= set(subtree(rig.parents, rig.bones[f"{side}_ankle"]))

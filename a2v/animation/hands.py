@@ -1,5 +1,4 @@
-"""Hands, of which a motion's joints say nothing but where the wrist is: fingers in a pose that
-suits the action, palms where hanging arms have them."""
+"""Pose fingers to suit the action, and turn palms as on hanging arms: motions have wrists only."""
 
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ FINGERS: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")
 _TABLE = Path(__file__).with_name("hands.csv")
 _FOLLOW = 0.35
 """Share of the wrist's bend by which fingers close when the hand bends back, and open when it bends
-in: tendons do that."""
+in, as tendons do."""
 
 
 Direction = tuple[float, float, float]
@@ -43,13 +42,13 @@ class _Shape:
     Attributes
     ----------
     flexion : 4 triples, index to little
-        Of knuckle, middle and last joint from straight, degrees.
+        Flexion of knuckle, middle and last joint from straight, degrees.
     together : float
         0 leaves fingers as spread as at rest, 1 makes them parallel.
     thumb : 3 directions
-        Of the thumb's bones: along the hand, out of the palm, towards the index finger's side.
+        Directions of the thumb's bones: along the hand, out of the palm, towards the index finger.
     loose : float
-        How much the wrist's bend opens and closes the fingers.
+        Weight of the wrist's bend in opening and closing the fingers.
     """
 
     flexion: tuple[Direction, Direction, Direction, Direction]
@@ -96,7 +95,7 @@ _SHAPES = MappingProxyType(
         ),
     }
 )
-"""Authored by eye on the rig of Anny, within a hand's range; fingers' angles are absolute, so that
+"""Set by eye on Anny's rig, within the range of a hand. Angles of fingers are absolute, so that
 every rig's rest pose gives the same hand."""
 
 
@@ -110,8 +109,8 @@ def _rules() -> tuple[tuple[re.Pattern[str], str, str], ...]:
 
 
 def hands_of(action: str) -> tuple[str, str]:
-    """Hand poses (left, right) that suit an action: those of the first row of ``hands.csv`` whose
-    pattern is found in its name, else "relaxed"."""
+    """Hand poses (left, right) that suit an action, from the first row of ``hands.csv`` whose
+    pattern is found in the action's name; "relaxed" by default."""
     return next(
         ((left, right) for pattern, left, right in _rules() if pattern.search(action)),
         ("relaxed", "relaxed"),
@@ -119,8 +118,8 @@ def hands_of(action: str) -> tuple[str, str]:
 
 
 def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
-    """Bones of each of a hand's `FINGERS` from its root, as Anny, SMPL-H and the rigs of engines
-    name them; only fingers with three bones."""
+    """Bones of each of a hand's `FINGERS` from its root, by the names of Anny, SMPL-H and rigs of
+    engines; only fingers with three bones."""
     chains: dict[str, dict[int, int]] = {}
     for bone, name in enumerate(names):
         own, base = split_side(name)
@@ -143,7 +142,7 @@ def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
 
 @dataclass(frozen=True)
 class Hand:
-    """A rig's hand at rest, which faces +z with arms to the sides or down.
+    """A hand of a rig at rest; the rig faces +z with arms to the sides or down.
 
     Attributes
     ----------
@@ -162,7 +161,7 @@ class Hand:
 
     @classmethod
     def of(cls, rig: Rig, names: Sequence[str], side: str) -> Hand | None:
-        """The hand on a side; None for a rig without five fingers of three bones."""
+        """Find the hand on a side; None for a rig without five fingers of three bones."""
         fingers = finger_bones(names, side)
         if set(fingers) != set(FINGERS):
             return None
@@ -176,8 +175,8 @@ class Hand:
         return cls(side, wrist, fingers, along, palm)
 
     def segments(self, rig: Rig, finger: str) -> FloatArray:
-        """Directions (3, 3) of a finger's bones at rest, the last as the one before: its tip is no
-        bone."""
+        """Directions (3, 3) of a finger's bones at rest. The last repeats the one before it, since
+        the tip is no bone."""
         heads = rig.heads[self.fingers[finger]]
         return unit(np.stack([heads[1] - heads[0], heads[2] - heads[1], heads[2] - heads[1]]))
 
@@ -189,9 +188,9 @@ def pose_hands(
     poses: Sequence[tuple[str, str]],
     shares: FloatArray | None = None,
 ) -> FloatArray:
-    """Bone transforms with the fingers in poses of `HAND_POSES`.
+    """Put the fingers of bone transforms in poses of `HAND_POSES`.
 
-    Fingers of a loose hand follow the wrist: they close a little when it bends back.
+    Fingers of a loose hand follow the wrist and close slightly when it bends back.
 
     Parameters
     ----------
@@ -201,13 +200,13 @@ def pose_hands(
     names : B str
     poses : P pairs (left, right)
     shares : (T, P) or None
-        How much of each pose the hands have, sums of 1; None for the first alone. A side that ever
-        is at "rest" stays there.
+        Weight of each pose per frame, with sums of 1; None for the first pose alone. A side with
+        the pose "rest" at any time keeps it throughout.
 
     Returns
     -------
     (T, B, 4, 4)
-        The input where a rig has no fingers that are known.
+        The input if the rig has no known fingers.
     """
     out = transforms
     shares = np.eye(1, len(poses)) if shares is None else shares
@@ -280,8 +279,8 @@ def _turn(out: FloatArray, rig: Rig, bones: Sequence[int], turn: FloatArray) -> 
 
 
 def turn_bones(out: FloatArray, bones: Sequence[int] | IntArray, turn: FloatArray) -> None:
-    """Turn `bones` (T, B, 4, 4), the first with all that hang on it, by world rotations (T, 3, 3)
-    about its head; in place."""
+    """Turn `bones`, the first with all its descendants, by world rotations (T, 3, 3) about its
+    head; in place."""
     moved = out[:, bones]
     pivot = moved[:, :1, :3, 3].copy()
     moved[..., :3, :3] = turn[:, None] @ moved[..., :3, :3]
@@ -301,12 +300,11 @@ def _bent_back(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
 
 
 def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: float) -> FloatArray:
-    """Bone transforms whose forearms are turned so that the palms of hanging arms face the thighs
-    and a little backwards.
+    """Turn forearms so that the palms of hanging arms face the thighs and slightly backwards.
 
-    A motion's joints tell the plane of the elbow, not the turn of the forearm: with the elbow
-    turned out, a neutral forearm would show its palm to the front, which people do not do. Raised
-    and stretched arms stay as they are.
+    A motion's joints give the plane of the elbow, not the turn of the forearm. With the elbow
+    turned out, the palm of a neutral forearm would face the front, which is unnatural. Raised and
+    stretched arms do not change.
     """
     out = transforms.copy()
     pelvis = transforms[:, rig.bones["pelvis"], :3, :3] @ rig.rest[rig.bones["pelvis"]].T
@@ -329,13 +327,13 @@ def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: floa
         pronation = 1.0 if side == "left" else -1.0  # the thumb goes inwards
         angle = (pronation * angle + 2.2) % (
             2 * np.pi
-        ) - 2.2  # a palm far to the front comes back this way
+        ) - 2.2  # a palm turned far to the front comes back this way
         angle = pronation * np.clip(angle, np.deg2rad(-15), np.deg2rad(100))
         angle = smoothed((angle * smoothstep(-along[:, 1], 0.05, 0.55))[:, None], 0.1 * fps)[:, 0]
         steps = [
             *rig.chains[f"{side}_elbow"],
             hand.wrist,
-        ]  # each turns with what is above it, and a share more
+        ]  # each bone turns with its parent, plus a share of its own
         for bone in steps:
             turn_bones(
                 out,

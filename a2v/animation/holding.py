@@ -1,4 +1,4 @@
-"""Hands that hold the rungs, rails and bars of a climb while they rest near them."""
+"""Move hands onto the rungs, rails and bars of a climb while they rest near them."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ SLOW = 0.4
 WITHIN = 0.25
 """Distance in meters from a solid below which a slow hand holds it."""
 LEAST_SECONDS = 0.2
-"""Shortest hold."""
+"""Shortest hold, seconds."""
 EASE_SECONDS = 0.2
-"""Time in which a hand gets to what it holds, and leaves it."""
+"""Time in seconds in which a hand moves to a hold, and from it."""
 ROUNDS = 4
-"""Rounds of inverse kinematics: the palm turns with the forearm, so that one does not do."""
+"""Rounds of inverse kinematics: the palm turns with the forearm, so one round is not enough."""
 
 
 def hold_solids(transforms: FloatArray, rig: Rig, body: Body, fps: float) -> FloatArray:
-    """Bring hands that rest near a rung, a rail or a bar onto it, as far as arms reach.
+    """Move hands that rest near a rung, a rail or a bar onto it, as far as the arms reach.
 
-    Each hold keeps the palm at one point of the solid: the one nearest to where the palm rests.
-    Shoulders stay; elbows bend in the plane in which they are bent.
+    Each hold keeps the palm at one point of the solid: the point nearest to the resting palm.
+    Shoulders do not move; elbows bend in their own plane.
 
     Parameters
     ----------
     transforms : (T, B, 4, 4) float64
-        World from bone, meters, of a clip that climbs; feet stand already.
+        World from bone, meters, of a clip that climbs, with the feet already in contact.
     rig : Rig
     body : Body
     fps : float
@@ -82,7 +82,7 @@ def axes_of(props: Props) -> FloatArray:
 
 
 def palm_of(transforms: FloatArray, rig: Rig, side: str) -> FloatArray:
-    """Where the middle of a palm (T, 3) is, in line with the forearm."""
+    """Position (T, 3) of the middle of a palm, in line with the forearm."""
     joints = joints_of(transforms, rig)
     wrist = joints[f"{side}_wrist"]
     palm: FloatArray = wrist + GRIP * (wrist - joints[f"{side}_elbow"])
@@ -98,7 +98,7 @@ def nearest_on(lines: FloatArray, point: FloatArray) -> FloatArray:
 
 
 def _goals(palm: FloatArray, lines: FloatArray, fps: float) -> tuple[FloatArray, FloatArray]:
-    """Where a palm (T, 3) has to be (T, 3), and how much (T,), in [0, 1]."""
+    """Target positions (T, 3) of a palm (T, 3) and their weights (T,) in [0, 1]."""
     goal, on = np.full(palm.shape, np.nan), np.zeros(len(palm), bool)
     for start, end in runs(speed_of(palm, fps) < SLOW):
         if end - start < LEAST_SECONDS * fps:
@@ -111,7 +111,7 @@ def _goals(palm: FloatArray, lines: FloatArray, fps: float) -> tuple[FloatArray,
 
 
 def _reach(out: FloatArray, rig: Rig, side: str, move: FloatArray) -> None:
-    """Move a wrist by `move` (T, 3) in place, by turns at shoulder and elbow."""
+    """Move a wrist by `move` (T, 3), in place, by turns of shoulder and elbow."""
     shoulder, elbow, wrist = (
         rig.bones[f"{side}_{name}"] for name in ("shoulder", "elbow", "wrist")
     )

@@ -1,5 +1,4 @@
-"""What keeps a standing or walking body from looking like a puppet and no joint of a motion says:
-where it looks, its breath, its sway."""
+"""Add gaze, breath, sway and hands to a body: a motion's joints do not contain them."""
 
 from __future__ import annotations
 
@@ -24,35 +23,36 @@ AHEAD_SECONDS = 0.3
 _SWAY_STREAM = 7
 """Second number of the seed of the sway, so that blinks with the same seed draw other numbers."""
 _HANDS_SECONDS = 0.6
-"""Over which hands go from one action's pose to the next one's, most of it before that begins."""
+"""Seconds over which hands change from one action's pose to the next, mostly before it begins."""
 _BREATH_SECONDS = 4.0
 _SWAY = ((7.3, 1.0), (4.1, 0.6), (2.7, 0.3))
-"""Periods in seconds and relative sizes of the waves that people sway in."""
+"""Periods in seconds and relative sizes of the waves of a person's sway."""
 _SHORTEST_CYCLE = 2.0
-"""A loop that is shorter, in seconds, neither breathes nor sways: nobody does so fast."""
+"""A loop shorter than this, seconds, neither breathes nor sways, since both would be too fast."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LifeSettings:
-    """What is added to a motion on a body.
+    """Hands, gaze, breath and sway that are added to a motion on a body.
 
     Attributes
     ----------
     hands : str
-        A pose of `HAND_POSES` for both hands, or "auto": what suits the action (``hands.csv``).
-        "rest" leaves fingers as they are at rest.
+        A pose of `HAND_POSES` for both hands, or "auto": a pose that suits the action
+        (``hands.csv``). "rest" keeps fingers in the rest pose.
     palms : bool
         Turn the forearms so that the palms of hanging arms face the thighs.
     gaze : float
-        How far the head turns to where the person goes; 0 leaves it on the shoulders.
+        How far the head turns towards the direction of travel; 0 keeps it aligned with the
+        shoulders.
     breath : float
-        Size of the breath; 1 is natural, 0 is none.
+        Size of the breath; 1 is natural, 0 disables it.
     sway : float
-        Size of the sway of a person who stands; 1 is natural, 0 is none.
+        Size of the sway of a standing person; 1 is natural, 0 disables it.
     cycle : float
-        Seconds after which the clip repeats; 0 where it does not.
+        Seconds after which the clip repeats; 0 if it does not repeat.
     seed : int
-        Of the sway.
+        Seed of the sway.
     """
 
     hands: str = "auto"
@@ -73,7 +73,7 @@ class LifeSettings:
 
 
 STILL = LifeSettings(hands="rest", palms=False, gaze=0.0, breath=0.0, sway=0.0)
-"""Nothing but what the motion's joints say."""
+"""Settings that add nothing to the motion's joints."""
 
 
 def enliven(
@@ -84,10 +84,9 @@ def enliven(
     settings: LifeSettings,
     source: Mapping[str, FloatArray],
 ) -> FloatArray:
-    """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they
-    are.
+    """Add hands, palms, gaze and breath to the bones of a rig; feet, hips and elbows do not move.
 
-    Where the motion itself tells of fingers and of the face (`a2v.animation.detail`), those count.
+    If the motion has joints of the fingers and the face (`a2v.animation.detail`), they are used.
 
     Parameters
     ----------
@@ -96,7 +95,7 @@ def enliven(
     rig : Rig
     names : B str
     motion : Motion
-        Whose rate, actions and their beginnings count.
+        Gives the frame rate, the actions and their beginnings.
     settings : LifeSettings
     source : mapping of joint to (T, 3)
         The motion's joints as the rig follows them, with those of `detail_joints`.
@@ -129,10 +128,11 @@ def enliven(
 
 
 def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
-    """How much of each frame (T,) is of actions for which ``motion.provenance[fact]``, a truth for
-    each, holds; `otherwise` where it says nothing.
+    """Share (T,) of each frame that belongs to actions for which ``motion.provenance[fact]`` is
+    true. It has one truth value per action; `otherwise` is used if it is absent.
 
-    ``told``: joints of fingers and face mean something; ``air``: it takes place over the ground.
+    ``told``: the joints of fingers and face are meaningful; ``air``: the action is above the
+    ground.
     """
     truths = np.array(motion.provenance.get(fact, [otherwise]), np.float64)
     if len(set(truths)) == 1:
@@ -143,8 +143,8 @@ def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False)
 
 
 def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], FloatArray]:
-    """Hand poses of a motion's actions, and how much of each the hands have (T, P); "relaxed" where
-    nobody knows when actions begin."""
+    """Hand poses of a motion's actions and the weight of each per frame (T, P); "relaxed" if the
+    beginnings of actions are unknown."""
     poses = [hands_of(name) for name in motion.action.split(",")]
     if len(set(poses)) == 1 or motion.action_starts is None:
         return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones(
@@ -154,7 +154,8 @@ def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], 
 
 
 def _shares(motion: Motion, frames: int) -> FloatArray:
-    """How much of each of the actions, whose beginnings are known, the hands have (T, A)."""
+    """Weight (T, A) of the hand pose of each action in each frame, from the beginnings of the
+    actions."""
     assert motion.action_starts is not None
     times = np.arange(frames) / motion.fps
     begun = np.stack(
@@ -172,8 +173,8 @@ def _shares(motion: Motion, frames: int) -> FloatArray:
 def swayed(
     source: Mapping[str, FloatArray], fps: float, settings: LifeSettings
 ) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3), meters at the body's size, of a person who sways while standing:
-    ankles and feet stay, the hips shift by a centimeter."""
+    """Add sway to canonical joints (T, 3), meters at the body's size, while the person stands:
+    ankles and feet do not move, the hips shift by a centimeter."""
     still = _stillness(source, fps)
     if not settings.sway or not still.any():
         return dict(source)
@@ -201,7 +202,7 @@ def swayed(
 
 
 def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
-    """How much a person stands still (T,), 0 to 1."""
+    """Degree (T,) to which a person stands still, 0 to 1."""
     if len(source["pelvis"]) < 2:
         return np.zeros(len(source["pelvis"]))
     speed = np.max(
@@ -216,8 +217,8 @@ def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
 
 
 def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings) -> FloatArray:
-    """Chest and collars rise and fall; the neck takes back what the chest turns, so that the head
-    stays."""
+    """Raise and lower chest and collars; the neck compensates the chest's turn, so that the head
+    stays still."""
     period, spine = _period(_BREATH_SECONDS, settings.cycle), rig.chains["spine"]
     if not period or len(spine) < 2:
         return transforms
@@ -248,18 +249,18 @@ def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSetting
             bones = subtree(rig.parents, rig.chains[f"{side}_collar"][0])
             turn_bones(out, bones, rotvec_to_rotmat(rise[:, None] * front))
             arm = subtree(rig.parents, rig.bones[f"{side}_shoulder"])
-            turn_bones(out, arm, rotvec_to_rotmat(-rise[:, None] * front))  # arms hang on
+            turn_bones(out, arm, rotvec_to_rotmat(-rise[:, None] * front))  # arms keep their pose
     return out
 
 
 def _look_ahead(
     transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings, free: FloatArray
 ) -> FloatArray:
-    """Turn neck and head towards where the person goes, a little before the body turns; the gaze
-    stays near the horizon; as far as it is `free` (T,).
+    """Turn neck and head towards the direction of travel, slightly before the body turns, by the
+    weight `free` (T,); the gaze stays near the horizon.
 
-    A joint of the head says where it is, not which way it faces: without this it is screwed to the
-    shoulders.
+    The joint of the head gives its position, not the direction of the face. Without this, the head
+    would stay rigid on the shoulders.
     """
     chain = rig.chains["neck"]
     if "head" not in rig.bones or not chain or len(transforms) < 2:
@@ -283,7 +284,7 @@ def _look_ahead(
     wanted = unit(body + ahead[:, None] * (going - body))
     heading = np.unwrap(np.arctan2(wanted[:, 0], wanted[:, 2]))
     times = np.arange(len(heading)) / fps
-    if settings.cycle:  # the next round turns the same way
+    if settings.cycle:  # the next round turns in the same direction
         heading = np.interp(
             times + AHEAD_SECONDS,
             np.r_[times, times[-1] + settings.cycle],
@@ -319,8 +320,8 @@ def _yaw(vectors: FloatArray) -> FloatArray:
 
 
 def _period(natural: float, cycle: float) -> float:
-    """The period nearest to a natural one that a cycle of `cycle` seconds holds a whole number of
-    times; 0 where it holds none."""
+    """The period nearest to a natural one that divides a cycle of `cycle` seconds; 0 if there is
+    none."""
     if not cycle:
         return natural
     return 0.0 if cycle < _SHORTEST_CYCLE else cycle / max(round(cycle / natural), 1)

@@ -1,4 +1,4 @@
-"""Arms and legs: bones along the motion's, their twist from the plane of the bent elbow or knee."""
+"""Orient arms and legs along the motion's bones; the plane of elbow or knee gives their twist."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.types import FloatArray
 
 _ARM_REFERENCE = np.array([0.75, -0.35, 0.56])
-"""Direction of a left arm in the middle of its range, where it is untwisted: the antipode is out of
-reach."""
+"""Direction of a left arm in the middle of its range, where it is untwisted; an arm cannot reach
+the opposite direction."""
 _LEG_REFERENCE = np.array([0.08, -0.9, 0.43])
-"""Likewise of a left leg."""
+"""The same direction for a left leg."""
 
 
 def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, side: str) -> None:
@@ -45,7 +45,7 @@ def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, si
     if f"{side}_hand" in source and f"{side}_hand" in rig.joints:
         rest_hand = rig.joints[f"{side}_hand"] - rig.joints[f"{side}_wrist"]
         local = np.einsum("tba,tb->ta", forearm, source[f"{side}_hand"] - wrist)
-        # a hand that lies along the forearm in the source lies so in the rig too
+        # a hand in line with the forearm in the source is in line with it in the rig too
         straight = rotvec_to_rotmat(swing_between(rest_fore, rest_hand))
         swing = rotvec_to_rotmat(
             swing_between(np.broadcast_to(rest_hand, local.shape), local @ straight.T)
@@ -136,7 +136,7 @@ def _twist(
 
     Minimizes sum w |z - z_seen|^2 + width^2 |z_t+1 - z_t|^2 + a little |z - 1|^2 over unit-circle
     angles as complex numbers: frames without a bend (w = 0) follow their neighbors, and the
-    reference where there is none.
+    reference if no frame has a bend.
     """
     from scipy.linalg import solveh_banded
 

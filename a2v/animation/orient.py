@@ -1,5 +1,4 @@
-"""World rotations of a rig's bones that make it move like a motion's joints: torso, collars, head;
-limbs are in `limbs`."""
+"""Orient a rig's bones to follow a motion's joints: torso, collars, head; limbs are in `limbs`."""
 
 from __future__ import annotations
 
@@ -18,8 +17,8 @@ from a2v.types import FloatArray
 def orient_bones(task: Task) -> FloatArray:
     """World rotations (T, B, 3, 3) float64 of a rig's bones from their rest orientation.
 
-    Pelvis and chest by hips, spine and shoulders, the bend between them shared out over the spine;
-    then collars, head and limbs.
+    Hips, spine and shoulders orient pelvis and chest; the bend between them is distributed over the
+    spine. Collars, head and limbs follow.
     """
     source, rig, frames = task.source, task.rig, task.frames
     rotmats: dict[int, FloatArray] = {}
@@ -39,7 +38,7 @@ def orient_bones(task: Task) -> FloatArray:
     )
     for _ in range(
         3 if spine else 0
-    ):  # swing the spine so that the shoulders lie where they should from the hips
+    ):  # swing the spine so that the shoulders have the right direction from the hips
         heads = _heads(rotmats, rig, frames)
         now = 0.5 * (heads[rig.bones["left_shoulder"]] + heads[rig.bones["right_shoulder"]])
         now = now - 0.5 * (heads[rig.bones["left_hip"]] + heads[rig.bones["right_hip"]])
@@ -109,7 +108,8 @@ def _neutral_back(
 
 
 def _orient_collars(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray) -> None:
-    """Swing the collar bones so that the shoulders lie where the motion's lie from their middle."""
+    """Swing the collar bones so that the shoulders have the motion's directions from their
+    middle."""
     source, rig = task.source, task.rig
     chest_top = middle(source, "shoulder")
     heads = _heads(rotmats, rig, task.frames)

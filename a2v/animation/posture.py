@@ -1,9 +1,8 @@
-"""What a skeleton looks like when its person simply stands: without it, flat feet, straight knees
-and upright backs are lost in retargeting.
+"""Posture of a skeleton whose person stands upright, to keep feet flat and backs straight.
 
-Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimeters, that
-is by ten degrees and more of a bone's direction. What stands upright in the motion must stand
-upright in the body, so bones turn from *standing* to standing.
+Data sets place the joints of toes, knees and hips centimeters away from the rig's, which changes
+the direction of a bone by ten degrees and more. A pose that is upright in the motion must be
+upright on the body, so rotations are taken from *standing* to standing.
 """
 
 from __future__ import annotations
@@ -30,14 +29,15 @@ _TABLES: dict[str, dict[str, float]] = {
     },
     "cmu": {"lean": -1.9, "neck": 12.1, "dip": -12.0, "knee": 24.0},
 }
-"""How people stand in the data sets, degrees: medians over frames in which they stand still and
-upright, the spine's over all upright frames (`scripts/fit_posture.py` measures them again, within 4
-degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above": forward lean
-from the middle of the hips to that joint, and from there to the middle of the shoulders."""
+"""Standing postures in the data sets, degrees: medians over frames in which the person stands still
+and upright; those of the spine over all upright frames (`scripts/fit_posture.py` reproduces them
+within 4 degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above":
+forward lean from the middle of the hips to that joint, and from there to the middle of the
+shoulders."""
 
 SOFT_KNEE = 12.0
-"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest
-pose: chosen by eye."""
+"""Largest bend in degrees, above that of the rest pose, that is attributed to an unknown skeleton;
+chosen by eye."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,17 +48,19 @@ class Posture:
     Attributes
     ----------
     lean : float or None
-        From the middle of the hips to the middle of the shoulders, positive forward; None: as the
-        rig's.
+        Lean from the middle of the hips to the middle of the shoulders, positive forward; None
+        takes the rig's.
     back : dict of str to pair of (3,) float64
         Directions from the middle of the hips to a spine joint, and from there to the middle of the
         shoulders.
     neck : (3,) float64 or None
-        From the neck to the head; None: as the rig's.
+        Direction from the neck to the head; None takes the rig's.
     dip : float or None
-        From the ankle to the ball of the foot over the horizon (negative: down); None: unknown.
+        Angle of the line from the ankle to the ball of the foot above the horizon (negative: down);
+        None: unknown.
     knee : float
-        Bend of a straight leg, at most: clips that straighten the leg further say so themselves.
+        Largest bend that counts as a straight leg. Clips that straighten the leg further give a
+        smaller value.
     """
 
     lean: float | None
@@ -69,13 +71,13 @@ class Posture:
 
 
 def table_of(skeleton: str) -> dict[str, float]:
-    """How people stand in the data set of that skeleton, degrees (see `scripts/fit_posture.py`);
-    empty for others."""
+    """Standing posture in the data set of the skeleton, degrees (see `scripts/fit_posture.py`);
+    empty for other skeletons."""
     return dict(_TABLES.get(skeleton, {}))
 
 
 def standing_posture(motion: Motion) -> Posture:
-    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's
+    """Find the posture of a motion's skeleton from its BVH rest pose, else from the data set's
     table."""
     rest = _rest_pose(motion)
     if rest is None:
@@ -115,13 +117,14 @@ def standing_posture(motion: Motion) -> Posture:
 def straightened(
     source: dict[str, FloatArray], posture: Posture, rig: Rig
 ) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens
-    them, and feet as far apart as the person's.
+    """Straighten knees to those of the rig where the person straightens them, and keep the distance
+    of the feet.
 
-    What counts as a straight leg is the twentieth part of the clip with the least bend, at most
-    `Posture.knee`; that bend is taken off all frames, down to six tenths of the rig's own bend at
-    rest. Shins turn in the knee's plane; feet move along. Hips narrower or wider than the rig's
-    turn the legs sideways, by at most 3.5 degrees.
+    The input and the result are canonical joints (T, 3). The bend of a straight leg is the 5 %
+    quantile of the clip's bends, at most `Posture.knee`. The part of it above six tenths of the
+    rig's own bend at rest is subtracted from all frames. Shins turn in the plane of the knee and
+    move the feet. If the hips are narrower or wider than the rig's, the legs turn sideways by at
+    most 3.5 degrees.
     """
     source = _as_far_apart(source, rig)
     bends = {side: knee_bend(source, side) for side in SIDES}
@@ -152,8 +155,8 @@ def straightened(
 
 
 def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
-    """Legs turned at the hips so that the rig's feet, on its wider or narrower hips, are as far
-    apart as the person's."""
+    """Turn legs at the hips so that the distance of the feet is kept on the rig's wider or narrower
+    hips."""
     across = source["left_hip"] - source["right_hip"]
     width = np.linalg.norm(across, axis=-1, keepdims=True)
     legs = {side: source[f"{side}_ankle"] - source[f"{side}_hip"] for side in SIDES}
@@ -178,8 +181,8 @@ def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArr
 
 
 def upright_back(back: FloatArray, pelvis: FloatArray, posture: Posture, rig: Rig) -> FloatArray:
-    """Vectors (T, 3) from hips to shoulders, turned as the rig's upright back is from the
-    skeleton's; `pelvis` (T, 3, 3) from rest."""
+    """Vectors (T, 3) from hips to shoulders, turned by the rotation from the skeleton's upright
+    back to the rig's; `pelvis` (T, 3, 3) from rest."""
     if posture.lean is None:
         return back
     turn = rotvec_to_rotmat(
@@ -198,12 +201,12 @@ def upright_back(back: FloatArray, pelvis: FloatArray, posture: Posture, rig: Ri
 def foot_pitch(
     source: dict[str, FloatArray], side: str, posture: Posture, rest_foot: FloatArray, fps: float
 ) -> float:
-    """Angle in radians about the foot's left-pointing axis by which feet must turn so that a flat
-    one is flat in the rig.
+    """Angle in radians about the foot's left-pointing axis that makes a flat foot of the motion
+    flat in the rig.
 
-    A foot that is low and at rest at both ends is taken for flat; the skeleton's own dip counts as
-    much as a third of a second of such frames, and dips that are further than 35 degrees from it
-    are tiptoes or heels.
+    A foot that is low and at rest at both ends is taken as flat. The skeleton's own dip has the
+    weight of a third of a second of such frames. Dips more than 35 degrees from it are tiptoes or
+    heels and do not count.
 
     Parameters
     ----------
@@ -277,7 +280,7 @@ def _forward(degrees: float) -> FloatArray:
 
 
 def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
-    """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a
+    """Canonical joints of a BVH file's rest pose, facing +z; None if it is missing or is not a
     standing person."""
     offsets = motion.rest_offsets
     if offsets is None:

@@ -1,4 +1,4 @@
-"""The rest pose and the bones' axes of another rig, on a body's own bones."""
+"""Compute the rest pose and the bone axes of another rig from a body's own bones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
-    """Which of a body's bones a rig is made of.
+    """Match the bones of a rig to the bones of a body.
 
     Parameters
     ----------
@@ -24,15 +24,15 @@ def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
     Returns
     -------
     drivers : (K,) int
-        For each of `spec.bones` the body's bone at its head.
+        Body's bone at the head of each of `spec.bones`.
     owner : (B,) int
-        For each bone of the body the index into `spec.bones` that it goes with: its own, or its
-        nearest ancestor's.
+        Index into `spec.bones` for each bone of the body: its own bone, or that of its nearest
+        ancestor.
 
     Raises
     ------
     InputError
-        The body has no bone of a name that the rig needs.
+        The body lacks a bone that the rig needs.
     """
     index = {name: bone for bone, name in enumerate(body.bone_names)}
     if missing := [source for bone in spec.bones for source in bone.sources if source not in index]:
@@ -51,8 +51,7 @@ def bones_of(body: Body, spec: RigSpec) -> tuple[IntArray, IntArray]:
 
 
 def heads_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArray) -> FloatArray:
-    """Heads (..., K, 3) of a rig's bones when the body's bones stand at `transforms` (..., B, 4,
-    4)."""
+    """Heads (..., K, 3) of a rig's bones for transforms (..., B, 4, 4) of the body's bones."""
     rest = body.rest_transforms.astype(np.float64)
     index = {name: bone for bone, name in enumerate(body.bone_names)}
     points = np.stack(
@@ -67,7 +66,7 @@ def heads_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArra
 
 
 def tails_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArray) -> FloatArray:
-    """Other ends (K, 3) of a rig's bones when the body's bones stand at `transforms` (B, 4, 4)."""
+    """Tails (K, 3) of a rig's bones for transforms (B, 4, 4) of the body's bones."""
     places = {bone.name: place for place, bone in enumerate(spec.bones)}
     heads = heads_of(body, spec, drivers, transforms)
     fitted = body.bone_transforms.astype(np.float64)
@@ -85,9 +84,9 @@ def tails_of(body: Body, spec: RigSpec, drivers: IntArray, transforms: FloatArra
 def rest_transforms(body: Body, spec: RigSpec) -> FloatArray:
     """The body's bones (B, 4, 4) float64, world from bone, in the rig's rest pose.
 
-    Each bone that has a direction turns there the short way, after what its parents did; a foot
-    only about the vertical. The hips stand above the origin; the height is that of the body's own
-    rest pose.
+    Each bone that has a direction turns towards it the short way, after its parents; a foot turns
+    only about the vertical. The hips are above the origin, at the height of the body's own rest
+    pose.
     """
     rest = body.rest_transforms.astype(np.float64)
     drivers, _ = bones_of(body, spec)
@@ -112,8 +111,8 @@ def rest_transforms(body: Body, spec: RigSpec) -> FloatArray:
 
 
 def _turned(bone: RigBone, vector: FloatArray, turn: FloatArray) -> FloatArray:
-    """Rotation (3, 3) from the body's rest pose that makes a bone along `vector` point where the
-    rig wants it; `turn` is its parent's."""
+    """Rotation (3, 3) from the body's rest pose that points a bone along `vector` in the rig's
+    direction; `turn` is the rotation of its parent."""
     if bone.direction == "ahead":
         return rotvec_to_rotmat(np.array([0.0, -np.arctan2(vector[0], vector[2]), 0.0]))
     made: FloatArray = (

@@ -1,4 +1,4 @@
-"""From the joints of any person's skeleton to the bones of a body's rig."""
+"""Retarget motions: from the joints of any person's skeleton to the bones of a body's rig."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class RetargetSettings:
     Attributes
     ----------
     raw : bool
-        Skip the contact clean-up: feet may slide and sink as they do in the motion.
+        Skip the clean-up of contacts: feet may slide and sink as in the motion.
     align : bool
         Turn and move the motion so that in the first frame the person stands at x = z = 0 and faces
         +z.
@@ -41,8 +41,9 @@ class RetargetSettings:
         vertical of motion capture.
     steps : {"auto", "always", "never"}
         Whether feet may stand on steps, whose heights are found
-        (`a2v.kinematics.foot_contacts.steps_under`); "auto" where the motion says that it goes up
-        (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
+        (`a2v.kinematics.foot_contacts.steps_under`); "auto" does so if `rises` is set in the
+        motion's provenance. Without steps, a person who is above the ground for long is moved back
+        to it.
     limits : bool
         Keep joints within a human's range.
     smoothing : float
@@ -55,10 +56,9 @@ class RetargetSettings:
     clear_arms : bool
         Keep arms out of the trunk and the thighs (`a2v.animation.clearance`); not with `raw`.
     from_photo : bool
-        Begin in the body's own pose, which is the photo's, and go over into the motion
-        (`a2v.animation.entrance`).
+        Begin in the pose of the photo and blend into the motion (`a2v.animation.entrance`).
     life : LifeSettings
-        Hands, gaze, breath and sway, which a motion's joints don't say (`a2v.animation.life`).
+        Hands, gaze, breath and sway, which a motion's joints do not contain (`a2v.animation.life`).
     """
 
     raw: bool = False
@@ -77,14 +77,14 @@ class RetargetSettings:
 def retarget(
     motion: Motion, body: Body, *, settings: RetargetSettings = RetargetSettings()
 ) -> FloatArray:
-    """Move a body's rig as a motion's joints move.
+    """Make a body's rig follow a motion's joints.
 
-    Pelvis and chest are oriented by hips, spine and shoulders, the bend between them is shared out
-    over the spine; arms, legs, feet, neck and hands take the motion's bone directions exactly; the
-    twist of a limb comes from the plane of its bent elbow or knee (feet help straight legs) and
-    fades to an untwisted reference, smoothly over time, where the limb is straight. The path over
-    the ground is scaled by the ratio of leg lengths. Unless ``settings.raw``, foot contacts are
-    found, locked and put on the ground (`clean_contacts`) and arms kept out of the trunk
+    Hips, spine and shoulders orient pelvis and chest; the bend between them is distributed over the
+    spine. Arms, legs, feet, neck and hands take the motion's bone directions exactly. The twist of
+    a limb comes from the plane of its bent elbow or knee (for straight legs also from the feet).
+    Where the limb is straight, it fades smoothly to an untwisted reference. The path over the
+    ground is scaled by the ratio of leg lengths. Unless ``settings.raw``, foot contacts are found,
+    locked and put on the ground (`clean_contacts`), and arms are kept out of the trunk
     (`clear_arms`).
 
     Parameters
@@ -157,14 +157,15 @@ def retarget(
 
 
 def has_steps(motion: Motion, settings: RetargetSettings = RetargetSettings()) -> bool:
-    """Whether the feet of a motion may stand on steps on the body that it is put on."""
+    """Whether the feet of a motion may stand on steps on the given body."""
     if settings.raw or settings.steps == "never":
         return False
     return settings.steps == "always" or bool(np.any(motion.provenance.get("rises", [False])))
 
 
 def _steps(source: dict[str, FloatArray], fps: float) -> FloatArray | None:
-    """Heights (2, T) of what the feet of canonical joints (T, 3) stand on; None without toes."""
+    """Heights (2, T) of the surface under the feet of canonical joints (T, 3); None without
+    toes."""
     if any(f"{side}_foot" not in source for side in SIDES) or len(source["pelvis"]) < 4:
         return None
     feet = np.stack(
@@ -193,6 +194,6 @@ def _assemble(rotmats: FloatArray, hips: FloatArray, rig: Rig) -> FloatArray:
 
 
 def _floor(transforms: FloatArray, rig: Rig) -> float:
-    """Height of the ground under a clip: where the soles are when they are low."""
+    """Height of the ground under a clip, from the soles when they are low."""
     low = np.minimum(*(sole_points(transforms, rig, side)[..., 1].min(-1) for side in SIDES))
     return float(np.quantile(low, 0.1))

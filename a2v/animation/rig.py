@@ -1,5 +1,4 @@
-"""A body's rig as retargeting sees it: canonical joints, chains of bones between them, points under
-the soles."""
+"""The rig of a body for retargeting: canonical joints, chains of bones, points under the soles."""
 
 from __future__ import annotations
 
@@ -38,14 +37,14 @@ class Rig:
         Bones from one joint to the next: ``spine`` (above the pelvis up to below the neck),
         ``neck`` (from the neck to below the head), ``left_collar`` (from the chest to below the
         shoulder), ``left_shoulder`` (upper arm), ``left_elbow`` (forearm), ``left_hip`` (thigh),
-        ``left_knee`` (shin) and their right twins.
+        ``left_knee`` (shin) and those of the right side.
     soles : dict of str to (toe (K,) bool, points (K, 3))
-        Points all over each foot (``left``, ``right``) in the frame of the foot's bone, and whether
-        they bend with the toes.
+        Points on each foot (``left``, ``right``) in the frame of the foot's bone, and whether they
+        bend with the toes.
     skin : (bones (K,), points (K, 3))
-        Points all over the body's surface in the frames of their bones.
+        Points on the body's surface in the frames of their bones.
     skin_normals : (K, 3)
-        The surface's normals there, in the same frames.
+        Normals of the surface at these points, in the same frames.
     """
 
     bones: dict[str, int]
@@ -176,7 +175,7 @@ def place(points: tuple[IntArray, FloatArray], transforms: FloatArray) -> FloatA
     bones, local = points
     used, back = np.unique(bones, return_inverse=True)
     placed: FloatArray = np.zeros((len(transforms), len(bones), 3))
-    for k, bone in enumerate(used):  # few bones carry many points
+    for k, bone in enumerate(used):  # many points share few bones
         mine = back == k
         placed[:, mine] = (
             local[mine] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2)
@@ -212,7 +211,7 @@ def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]
 def _sole(
     parents: IntArray, ankle: int, owner: IntArray, local: FloatArray, rest: FloatArray
 ) -> tuple[BoolArray, FloatArray]:
-    """Points all over a foot in its bone's frame, and which of them belong to the toes."""
+    """Points on a foot in its bone's frame, and which of them belong to the toes."""
     inside = np.flatnonzero(np.isin(owner, subtree(parents, ankle)))
     if len(inside) == 0:
         return np.zeros(1, dtype=bool), np.zeros((1, 3))
@@ -236,7 +235,7 @@ def _sole(
 def rig_motion(
     bone_transforms: FloatArray, body: Body, fps: float, *, action: str = "", seed: int = -1
 ) -> Motion:
-    """The motion of a body's own rig, to be written by `write_bvh`.
+    """Return the motion of a body's own rig for `write_bvh`.
 
     Parameters
     ----------
@@ -248,8 +247,8 @@ def rig_motion(
     Returns
     -------
     Motion
-        Joints are the heads of all bones; bones that stand on their parent's head keep their place
-        in the list. Rotations carry the bones' twists.
+        Joints are the heads of all bones; bones whose head coincides with their parent's keep their
+        place in the list. Rotations carry the bones' twists.
 
     Raises
     ------

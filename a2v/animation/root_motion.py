@@ -1,4 +1,4 @@
-"""What game engines ask of a rig's clips: the travel on a root of its own, or no travel at all."""
+"""Prepare clips for game engines: the travel on a separate root, or no travel at all."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from a2v.kinematics.ground import GroundTrajectory, trajectory_of
 from a2v.types import Body, Character, FloatArray
 
 ROOT_NAME = "Root"
-"""Name of the root that is added to a rig that has none."""
+"""Name of the root that is added to a rig without a root."""
 
 
 def ground_trajectory_of(bone_transforms: FloatArray, body: Body) -> GroundTrajectory:
-    """Where the topmost bone is over the ground, and the heading by hips and shoulders, of bones
-    (T, B, 4, 4) of `body`.
+    """Position of the topmost bone over the ground and heading by hips and shoulders, for bones (T,
+    B, 4, 4) of `body`.
 
     Raises
     ------
     InputError
-        The body's bones do not say where its hips and shoulders are.
+        Hips and shoulders are not found among the body's bones.
     """
     places = np.asarray(bone_transforms, dtype=np.float64)[..., :3, 3]
     return trajectory_of(
@@ -34,7 +34,7 @@ def ground_trajectory_of(bone_transforms: FloatArray, body: Body) -> GroundTraje
 
 
 def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> FloatArray:
-    """Bones (T, B, 4, 4) of `body` with neither travel nor turning; sway stays.
+    """Remove travel and turning from bones (T, B, 4, 4) of `body`; sway stays.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> Flo
 
 
 def add_root(character: Character, name: str = ROOT_NAME) -> Character:
-    """A character with one more bone, the first: on the ground at the origin, above all others."""
+    """Add a first bone to a character: on the ground at the origin, the parent of all others."""
     body = character.body
     above = np.eye(4, dtype=np.float32)[None]
     body = dataclasses.replace(
@@ -74,7 +74,7 @@ def prepare_rig(
     root_motion: bool = False,
     visemes: str = "",
 ) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
-    """A character and its clips as another tool wants them, ready for `a2v.formats`.
+    """Convert a character and its clips for another tool, ready for `a2v.formats`.
 
     Parameters
     ----------
@@ -83,16 +83,16 @@ def prepare_rig(
     rig : str
         One of `a2v.animation.rig_spec.RIGS`.
     root_motion : bool
-        The root carries the travel and the heading, without the sway of steps; the hips the rest. A
-        rig without a root gets one.
+        The root takes the travel and the heading, without the sway of steps; the hips take the
+        rest. A rig without a root gets one.
     visemes : str
-        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets besides; the rig's own where
-        empty.
+        Naming in `a2v.animation.visemes.NAMINGS` of additional shapes of the face; empty takes the
+        rig's.
 
     Raises
     ------
     InputError
-        Unknown rig or visemes, or a body of other bones than the rig is made of.
+        Unknown rig or visemes, or a body that lacks bones of the rig.
     """
     paths = (
         {

@@ -1,4 +1,4 @@
-"""Turns over time that keep points out of half-spaces: the smallest and smoothest ones."""
+"""Find the smallest and smoothest turns over time that keep points out of half-spaces."""
 
 from __future__ import annotations
 
@@ -7,33 +7,32 @@ import numpy as np
 from a2v.types import FloatArray
 
 _WIDTH = 0.01
-"""Meters by which a point that is missed by so much counts 1."""
+"""Miss of a point in meters that costs 1."""
 _SIZE = 0.3
-"""What a radian of turning counts, squared."""
+"""Weight of the square of a turn in radians."""
 _SECONDS = 0.1
-"""Over which a turn comes and goes."""
+"""Time scale of a turn, seconds."""
 _CHANGES = 6
-"""Times that it is looked at which half-spaces count, at most."""
+"""Largest number of changes of the active half-spaces."""
 
 
 def smooth_turns(
     slopes: FloatArray, missing: FloatArray, turned: FloatArray, fps: float
 ) -> FloatArray:
-    """Turns that move points as far as they have to go, near those of now.
+    """Find turns near the given ones that move points out of their half-spaces.
 
-    The least squares of what points miss, of the turns and of their second differences over time; a
-    half-space counts where its point is not yet out, which is looked at again with the turns that
-    are found (an active set). One banded system for all frames.
+    Minimize the squares of the points' misses, of the turns and of their second differences over
+    time. A half-space is active if its point is not yet outside; the active set is updated after
+    each solution. One banded system is solved for all frames.
 
     Parameters
     ----------
     slopes : (T, M, C) float64
         How far each of M points moves for each of C turns, meters a radian.
     missing : (T, M) float64
-        How far each has to move from where it is with the turns of now, meters; negative where it
-        is out.
+        How far each point must move from its place at the given turns, meters; negative if outside.
     turned : (T, C) float64
-        The turns of now, radians.
+        The given turns, radians.
     fps : float
 
     Returns
@@ -77,4 +76,4 @@ def _smoothness(frames: int, count: int, weight: float) -> FloatArray:
 
 
 _DIFFERENCE = (1.0, -2.0, 1.0)
-"""Of three frames: the second difference."""
+"""The second difference of three frames."""

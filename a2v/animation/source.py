@@ -1,4 +1,4 @@
-"""The joints of a motion as retargeting sees them: canonical, smooth, upright, facing +z."""
+"""Prepare the joints of a motion for retargeting: canonical, smooth, upright, facing +z."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
 
 
 def upright_rotmat(source: dict[str, FloatArray], fps: float) -> FloatArray:
-    """Rotation (3, 3) that makes a standing person balanced, for motions whose vertical leans with
-    the camera.
+    """Rotation (3, 3) that balances a standing person, for motions whose vertical leans with the
+    camera.
 
-    Whoever stands still has the center of mass over the feet: the mean direction from the feet to
-    the center of mass over upright frames in which the hips hardly move, turned to +y. At most 20
-    degrees; the identity without such frames.
+    The center of mass of a person who stands still is above the feet. The rotation turns the mean
+    direction from the feet to the center of mass to +y, over upright frames in which the hips
+    hardly move. It is at most 20 degrees, and the identity without such frames.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def heading_rotmat(source: dict[str, FloatArray]) -> FloatArray:
 
 
 def source_leg_length(source: dict[str, FloatArray]) -> float:
-    """Median length of thigh plus shin in a clip, its units.
+    """Median length of thigh plus shin in a clip, in the clip's units.
 
     Parameters
     ----------

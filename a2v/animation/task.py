@@ -1,4 +1,4 @@
-"""What orienting the bones of a rig works on."""
+"""The input of orienting the bones of a rig."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat
 from a2v.types import FloatArray
 
 LIMITS = {"spine": 110.0, "neck": 60.0, "collar": 30.0, "wrist": 70.0, "ankle": 75.0}
-"""Degrees that a joint may leave its rest orientation at most."""
+"""Largest angle in degrees between a joint and its rest orientation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A clip and the rig that is to move like it.
+    """A clip and the rig that follows it.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Task:
         Meters at the body's size, upright.
     rig : Rig
     posture : Posture
-        Of the motion's skeleton.
+        Posture of the motion's skeleton.
     fps : float
     limits : bool
         Keep joints within `LIMITS`.
@@ -42,17 +42,17 @@ class Task:
 
     @property
     def frames(self) -> int:
-        """T."""
+        """Number of frames T."""
         return len(self.source["pelvis"])
 
     def limited(self, rotmats: FloatArray, joint: str) -> FloatArray:
-        """Rotations (T, 3, 3) from rest of a joint of `LIMITS`, kept within its range where
-        `limits` says so."""
+        """Rotations (T, 3, 3) from rest of a joint of `LIMITS`, kept within its range if `limits`
+        is set."""
         return limited(rotmats, LIMITS[joint]) if self.limits else rotmats
 
 
 def limited(rotmats: FloatArray, degrees: float) -> FloatArray:
-    """Rotations (T, 3, 3) whose angle is softly kept under `degrees`."""
+    """Rotations (T, 3, 3) whose angles are softly limited to `degrees`."""
     rotvec = rotmat_to_rotvec(rotmats)
     angle = np.linalg.norm(rotvec, axis=-1, keepdims=True)
     limit = np.deg2rad(degrees)

@@ -1,11 +1,10 @@
-"""Shapes of the mouth while it speaks, made of ARKit's expressions: Oculus' 15 visemes, as programs
-name them.
+"""Mouth shapes of speech from ARKit's expressions: the 15 visemes of Oculus by programs' names.
 
-``visemes.csv`` has them, with the sounds of each and how these are articulated: place and manner of
+``visemes.csv`` lists them with their sounds and the articulation of these: place and manner of
 consonants, height, frontness and rounding of vowels, as on the chart of the International Phonetic
-Association. The grouping of sounds is that of Oculus' reference. The strengths are ours: the jaw is
-lower for opener vowels, lips are rounded or spread as the vowel is, and where lips or teeth touch,
-they do.
+Association. The grouping of sounds is that of Oculus' reference. The strengths were chosen for this
+project: the jaw is lower for more open vowels, lips are rounded or spread like the vowel, and lips
+or teeth touch if they do in the sound.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ from a2v.errors import InputError
 from a2v.types import Character, Face
 
 NAMINGS: tuple[str, ...] = ("oculus", "vrchat")
-"""Who names the shapes: Oculus and Ready Player Me (with their five other shapes), or VRChat."""
+"""Naming schemes: Oculus and Ready Player Me (with their five other shapes), or VRChat."""
 
 
 @cache
 def visemes(naming: str) -> Mapping[str, Mapping[str, float]]:
-    """Shapes by the names of `naming`, as strengths of ARKit's expressions.
+    """Return the shapes by the names of `naming`, as strengths of ARKit's expressions.
 
     Raises
     ------
@@ -46,8 +45,7 @@ def visemes(naming: str) -> Mapping[str, Mapping[str, float]]:
 
 
 def add_visemes(character: Character, naming: str) -> Character:
-    """A character whose face has the shapes of `naming` after its own; without a face it stays as
-    it is.
+    """Append the shapes of `naming` to a character's face; a character without a face is unchanged.
 
     Raises
     ------
@@ -63,7 +61,7 @@ def add_visemes(character: Character, naming: str) -> Character:
 
 
 def _with_shapes(face: Face, shapes: Mapping[str, Mapping[str, float]]) -> Face:
-    """A face with further shapes, each made of those that it has."""
+    """Append shapes to a face, each made of its existing shapes."""
     known = {
         name: {part: strength for part, strength in parts.items() if part in face.names}
         for name, parts in shapes.items()

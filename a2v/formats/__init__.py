@@ -1,5 +1,5 @@
-"""Files of other programs: motions (BVH, DeepMimic, our ``.npz``) and characters (glTF, OBJ, PLY,
-USD); `registry` finds them by suffix."""
+"""Read and write motions (BVH, DeepMimic, our ``.npz``) and characters (glTF, OBJ, PLY, USD, FBX);
+`registry` finds a format by its suffix."""
 
 from a2v.formats.bvh import read_bvh, write_bvh, write_rig_bvh
 from a2v.formats.characters import Clips

@@ -1,5 +1,5 @@
-"""What every format of characters needs: clips that are checked, transforms in the parents' frames,
-what faces express, encoded textures, linear colors."""
+"""Shared parts of character formats: checked clips, local transforms, expressions, textures,
+colors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Strengths = Mapping[str, Mapping[str, FloatArray]]
 
 
 def check_clips(clips: Clips | None, bones: int) -> dict[str, tuple[FloatArray, float]]:
-    """Clips with their transforms as (T, B, 4, 4) float64.
+    """Check clips and return their transforms as (T, B, 4, 4) float64.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ def check_clips(clips: Clips | None, bones: int) -> dict[str, tuple[FloatArray, 
     Raises
     ------
     InputError
-        A clip has the wrong shape, is not finite, has no frames or no usable rate; it is named.
+        A clip has the wrong shape, is not finite, has no frames or no usable rate; the message
+        names it.
     """
     return {name: _check_clip(name, clip, bones) for name, clip in (clips or {}).items()}
 
@@ -53,8 +54,8 @@ def _check_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[
 
 
 def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
-    """Rigid transforms (T, B, 4, 4), world from bone, relative to the parents' (B,); the roots'
-    stay as they are."""
+    """Rigid transforms (T, B, 4, 4), world from bone, relative to the parents' (B,); those of roots
+    are unchanged."""
     local = transforms.copy()
     for bone, parent in enumerate(parents.tolist()):
         if parent >= 0:
@@ -69,13 +70,13 @@ def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
 def strength_tables(
     face: Face | None, clips: Clips, expressions: Strengths | None
 ) -> dict[str, FloatArray]:
-    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; nothing
-    without a face.
+    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; empty without
+    a face.
 
     Raises
     ------
     InputError
-        An expression has no such name, or not as many strengths as its clip has frames.
+        An expression is unknown, or its number of strengths differs from the frames of its clip.
     """
     tables: dict[str, FloatArray] = {}
     if face is None:
@@ -97,8 +98,8 @@ def strength_tables(
 
 
 class ShadedTargets:
-    """A surface's expressions with what they do to its normals, without which viewers shade a shut
-    lid as the open one."""
+    """A surface's expressions with their changes of normals, without which viewers shade a shut lid
+    like an open one."""
 
     def __init__(self, surface: Surface):
         assert surface.face is not None
@@ -109,8 +110,8 @@ class ShadedTargets:
         self._sums = _gathered(self._faces, self._crosses, len(self._vertices))
 
     def __call__(self, name: str) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Ascending vertices (n,) whose place or normal the expression `name` changes, offsets (n,
-        3) of places, meters, and of unit normals."""
+        """Ascending vertices (n,) whose position or normal the expression `name` changes, offsets
+        (n, 3) of positions, meters, and of unit normals."""
         moved, offsets = self.face.target(name)
         vertices = self._vertices.copy()
         vertices[moved] += offsets
@@ -137,7 +138,7 @@ class ShadedTargets:
 
 
 _LEAST_TURN = 0.02
-"""Changes of unit normals that are smaller are none."""
+"""Smaller changes of unit normals are dropped."""
 
 
 def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
@@ -149,15 +150,14 @@ def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
 
 
 def linear_colors(colors: FloatArray) -> FloatArray:
-    """Linear light (V, 3) float64 of sRGB vertex colors (V, 3) in [0, 1], as glTF and USD keep
-    them."""
+    """Linear light (V, 3) float64 of sRGB vertex colors (V, 3) in [0, 1], for glTF and USD."""
     encoded = np.clip(colors.astype(np.float64), 0, 1)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def encode_texture(texture: ByteArray, quality: int) -> tuple[bytes, str]:
-    """A texture (H, W, 3) uint8 sRGB as JPEG of a `quality` from 1 to 100, or as PNG for 0, and its
-    MIME type."""
+    """Encode a texture (H, W, 3) uint8 sRGB as JPEG of `quality` 1 to 100, or as PNG for 0; with
+    its MIME type."""
     from PIL import Image
 
     stream = io.BytesIO()

@@ -1,5 +1,4 @@
-"""DeepMimic's clips: text files of durations, root positions and quaternions for its ``humanoid3d``
-character."""
+"""Read DeepMimic's clips: durations, root positions and quaternions of its ``humanoid3d``."""
 
 from __future__ import annotations
 
@@ -40,7 +39,7 @@ _HUMANOID3D: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
         5,
         (0.13, -0.05, 0),
         0,
-    ),  # tips that its boxes and spheres imply: they show where feet and head point
+    ),  # tips implied by its boxes and spheres: they give the directions of feet and head
     ("left_foot", 11, (0.13, -0.05, 0), 0),
     ("head", 2, (0, 0.175, 0), 0),
 )
@@ -52,15 +51,15 @@ MAX_BYTES = 256 << 20
 def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     """Read a DeepMimic clip for its ``humanoid3d`` character (quaternions wxyz, x forward, y up).
 
-    Frames of uneven duration are resampled to the median rate. The wrists are fixed there and the
-    feet and head are boxes: tips of plausible length stand for them (``left_foot``, ``right_foot``,
-    ``head``).
+    Frames of uneven duration are resampled to the median rate. The character has fixed wrists, and
+    its feet and head are boxes: tips of plausible length represent them (``left_foot``,
+    ``right_foot``, ``head``).
 
     Parameters
     ----------
     path : path
     action : str
-        Stored in the motion; the file's stem without it.
+        Stored in the motion; the file's stem by default.
 
     Returns
     -------
@@ -70,7 +69,7 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     Raises
     ------
     InputError
-        Not such a file; the message names the file and the frame.
+        The file is no DeepMimic clip; the message names the file and the frame.
     """
     source = Path(path)
     frames = _read_frames(source)
@@ -96,7 +95,7 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
 
 
 def _read_frames(source: Path) -> FloatArray:
-    """The file's numbers (T, `_FRAME`), checked."""
+    """Read and check the file's numbers (T, `_FRAME`)."""
     content = parse_json(read_bytes(source, limit=MAX_BYTES), source, "DeepMimic's JSON")
     rows = content.get("Frames") if isinstance(content, dict) else None
     if not isinstance(rows, list) or not rows:

@@ -1,9 +1,9 @@
-"""FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in
+"""Write and read FBX of Unreal, Unity, Maya and MotionBuilder: characters with clips, in
 centimeters.
 
 `fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's
-exporter, run by Node; `fbx_reader.mjs` turns an FBX of others into a GLB. The packages come from
-npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
+exporter, run by Node; `fbx_reader.mjs` turns an FBX of other programs into a GLB. The packages come
+from npm, once, by the command that `a2v doctor` prints; this module downloads nothing.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from a2v.types import Character
 
 WRITER = Path(__file__).with_name("fbx_writer.mjs")
 PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1"))
-"""What the script imports, MIT both: three.js reads GLB as browsers do, Comfy's is the one kept
-exporter of skins and clips for it."""
+"""Packages of the script, both MIT: three.js reads GLB, Comfy's is the only maintained exporter of
+skins and clips for it."""
 
 READER = WRITER.with_name("fbx_reader.mjs")
 SHARED = (WRITER.with_name("fbx_scale.mjs"), WRITER.with_name("glb_parts.mjs"))
-"""What both scripts import."""
+"""Modules that both scripts import."""
 
 SECONDS = 300
-"""A script that takes longer is stopped."""
+"""Time limit of a script, seconds."""
 MAX_BYTES = 256 << 20
-"""Size of an FBX that is read."""
+"""Largest size of an FBX that is read, bytes."""
 HEAP_MB = 4096
-"""Memory of the scripts."""
+"""Memory limit of the scripts, MB."""
 _MAGICS = (b"Kaydara FBX Binary", b"; FBX")
-"""How binary and text files begin."""
+"""First bytes of binary and of text files."""
 
 
 def can_write() -> bool:
-    """Whether Node and the packages are there."""
+    """Whether Node and the packages are installed."""
     return find_node() is not None and PACKAGES.installed
 
 
@@ -60,9 +60,8 @@ def write_fbx(
 ) -> None:
     """Write a textured (or vertex-colored), skinned and animated binary FBX, atomically.
 
-    Centimeters, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip
-    is an animation stack with straight lines between keys, one a frame; expressions are blend
-    shapes.
+    Centimeters, y up, the person faces +z; bones keep their axes of a GLB. Every clip is an
+    animation stack with one key per frame and linear interpolation; expressions are blend shapes.
 
     Parameters
     ----------
@@ -70,18 +69,18 @@ def write_fbx(
     character : Character
     clips : Clips or None
     expressions : Strengths or None
-        What the face does in the clips.
+        Strengths of the face's expressions in the clips.
     props : Props or None
-        Solids that stand in the scene: a mesh of its name for each.
+        Solids in the scene: each has a mesh with its name.
 
     Raises
     ------
     InputError
         A clip has the wrong shape, is not finite or has no frames; unknown expressions.
     MissingDependencyError
-        There is no Node 18 or newer, or npm's packages are not installed; the message says how.
+        Node 18 or newer, or npm's packages, are not installed; the message explains how.
     A2VError
-        The writer failed; the message ends with its own.
+        The writer failed; the message ends with the writer's own.
     """
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
@@ -111,12 +110,12 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     Returns
     -------
     tuple of str
-        Names of the pictures that are left out: other kinds of files, missing or over 64 MB.
+        Names of the pictures that are left out: files of other kinds, missing or over 64 MB.
 
     Raises
     ------
     InputError
-        There is no such file, it is no FBX or larger than `MAX_BYTES`, or three.js cannot read it.
+        The file is missing, is no FBX, is larger than `MAX_BYTES`, or three.js cannot read it.
     MissingDependencyError
         There is no Node 18 or newer, or npm's packages are not installed; the message says how.
     """
@@ -138,15 +137,15 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
 
 
 def _plain(character: Character) -> Character:
-    """The character as the script can take it: one material with one picture."""
+    """Convert the character for the script: one material with one picture."""
     return dataclasses.replace(
         character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None)
     )
 
 
 def _run(script: Path, *arguments: str | Path) -> str:
-    """Run a script by Node beside the packages of npm, without the environment's own modules;
-    returns what it prints."""
+    """Run a script by Node next to npm's packages, without modules of the environment; return its
+    output."""
     node = find_node()
     if node is None:
         raise MissingDependencyError(
@@ -159,7 +158,7 @@ def _run(script: Path, *arguments: str | Path) -> str:
     }
     with tempfile.TemporaryDirectory() as folder:
         for file in (script, *SHARED):
-            shutil.copy(file, folder)  # imports are looked for beside the script
+            shutil.copy(file, folder)  # Node looks for imports next to the script
         link_folder(Path(folder) / "node_modules", modules.resolve())
         command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
         command += [

@@ -1,4 +1,4 @@
-"""Surfaces as OBJ (with its texture) and PLY (colored points)."""
+"""Write surfaces as OBJ (with texture) and PLY (colored points)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from a2v.types import FloatArray, Surface
 def write_obj(
     path: str | os.PathLike[str], surface: Surface, *, vertices: FloatArray | None = None
 ) -> None:
-    """Write Wavefront OBJ: colors behind the positions (``v x y z r g b``); with a texture also
+    """Write Wavefront OBJ with colors after the positions (``v x y z r g b``); with a texture also
     ``vt``, an ``.mtl`` and a ``.png``.
 
     Parameters
     ----------
     path : path
-        ``.obj``; the material and the texture get the same stem beside it.
+        ``.obj``; the material and the texture are next to it with the same stem.
     surface : Surface
     vertices : (V, 3) float or None
         Other positions of the same mesh, such as a deformed frame.

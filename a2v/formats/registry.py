@@ -1,8 +1,8 @@
-"""Which file formats there are, by suffix.
+"""Register file formats by suffix.
 
-A new one takes a module with its reader or writer and an entry in `MOTION_FORMATS` or
-`CHARACTER_FORMATS` here: reading by suffix, what the commands write and what error sentences list
-follow from the tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
+A new format takes a module with its reader or writer and an entry in `MOTION_FORMATS` or
+`CHARACTER_FORMATS` here. Reading by suffix, the outputs of commands and the lists in error messages
+use these tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
 `a2v.rendering.PAGE_FORMATS`) are entries of the same kinds.
 """
 
@@ -36,13 +36,13 @@ class MotionFormat:
     suffixes : tuple of str
         Lower case, with the dot.
     read : function of (path, action) or None
-        Reads a file to a `Motion`; `action` is its name where the file has none.
+        Reads a file to a `Motion`; `action` is its name if the file has none.
     write : function of (path, motion) or None
         Writes a `Motion`, atomically.
     batches : bool
-        Whether one file holds a batch of clips; else each clip gets a file of its own.
+        Whether one file holds a batch of clips; otherwise each clip is written to a separate file.
     title : str
-        What sentences call it; the suffixes without one.
+        Name in messages; the suffixes by default.
     """
 
     suffixes: tuple[str, ...]
@@ -53,8 +53,8 @@ class MotionFormat:
 
 
 class CharacterWriter(Protocol):
-    """Writes a `Character`, its `Clips`, what its face does in them and the `Props` of the scene,
-    atomically."""
+    """Writes a `Character`, its `Clips`, the strengths of its expressions and the `Props` of the
+    scene, atomically."""
 
     def __call__(
         self,
@@ -66,7 +66,7 @@ class CharacterWriter(Protocol):
         expressions: Strengths | None,
         props: Props | None,
     ) -> object:
-        """Write it."""
+        """Write the file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,13 +113,13 @@ _Format = TypeVar("_Format", MotionFormat, CharacterFormat)
 
 
 def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> tuple[str, ...]:
-    """Every suffix that the `formats` can be written under."""
+    """Every suffix of the `formats` that can be written."""
     return tuple(suffix for item in formats if item.write is not None for suffix in item.suffixes)
 
 
 def readable_motions(last: str = " or ") -> str:
-    """What `read_motion` takes, for sentences: ".bvh, .npz or DeepMimic's .txt"; `last` stands
-    before the last one."""
+    """Formats that `read_motion` accepts, for messages: ".bvh, .npz or DeepMimic's .txt"; `last` is
+    the word before the last one."""
     titles = [
         item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None
     ]
@@ -127,12 +127,12 @@ def readable_motions(last: str = " or ") -> str:
 
 
 def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Format:
-    """The one of `formats` that writes files named like `path`.
+    """Find the one of `formats` that writes the suffix of `path`.
 
     Raises
     ------
     InputError
-        None does; the suffixes that are known are listed.
+        No format has the suffix; the message lists the known ones.
     """
     target = Path(path)
     for item in formats:
@@ -158,7 +158,7 @@ def read_motion(
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str
-        Name to store where the file has none; the file's stem without it.
+        Name to store if the file has none; the file's stem by default.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def write_motion(
     Parameters
     ----------
     path : path
-        Where a format holds single clips, a batch becomes ``<stem>_000``, ``<stem>_001``...
+        If the format holds single clips, a batch becomes ``<stem>_000``, ``<stem>_001``...
     motion : Motion
     formats : sequence of MotionFormat
 
@@ -229,8 +229,8 @@ def write_character(
     expressions: Strengths | None = None,
     props: Props | None = None,
 ) -> None:
-    """Write a character, its clips, what its face does in them and the solids of the scene by the
-    path's suffix.
+    """Write a character, its clips, its expressions and the solids of the scene by the path's
+    suffix.
 
     Raises
     ------

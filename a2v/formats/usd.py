@@ -1,5 +1,7 @@
-"""Characters as USD (UsdSkel), for Omniverse, Houdini, Maya, Unreal and Apple's viewers. Needs the
-extra ``a2v[usd]``."""
+"""Write characters as USD (UsdSkel), for Omniverse, Houdini, Maya, Unreal and Apple's viewers.
+
+Needs the extra ``a2v[usd]``.
+"""
 
 from __future__ import annotations
 
@@ -44,15 +46,15 @@ def write_usd(
 ) -> None:
     """Write a textured (or vertex-colored), skinned and animated character as USD.
 
-    One SkelRoot with mesh, skeleton and a SkelAnimation a clip; the first clip is the one that
-    plays, since USD binds one at a time. Time codes are frames of the first clip; the other clips'
-    keys stand at their own moments. Meters, y up.
+    The file has one SkelRoot with mesh, skeleton and one SkelAnimation per clip. The first clip
+    plays, since USD binds one at a time. Time codes are frames of the first clip; keys of other
+    clips are at their own times. Meters, y up.
 
     Parameters
     ----------
     path : path
-        ``.usdz`` holds its texture; beside ``.usdc``, ``.usda`` and ``.usd`` it is written as
-        ``<stem>_texture.jpg`` or ``.png``.
+        ``.usdz`` contains its texture; for ``.usdc``, ``.usda`` and ``.usd`` it is written next to
+        the file as ``<stem>_texture.jpg`` or ``.png``.
     character : Character
     clips : Clips or None
     name : str
@@ -60,15 +62,15 @@ def write_usd(
     jpeg_quality : int
         Quality of the texture, 1 to 100; 0 writes PNG.
     expressions : Strengths or None
-        What the face does in the clips.
+        Strengths of the face's expressions in the clips.
     props : Props or None
-        Solids that stand in the scene: a mesh for each, under ``/name/props``.
+        Solids in the scene: each has a mesh under ``/name/props``.
 
     Raises
     ------
     InputError
-        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no
-        frames; unknown expressions.
+        The path has no suffix of USD; a clip has the wrong shape, is not finite or has no frames;
+        unknown expressions.
     MissingDependencyError
         ``usd-core`` is not installed.
     """
@@ -115,7 +117,7 @@ def write_usd(
 
 
 def _check_installed() -> None:
-    """Raise a `MissingDependencyError` where USD is not installed."""
+    """Raise a `MissingDependencyError` if USD is not installed."""
     try:
         import pxr  # noqa: F401
     except ImportError as error:
@@ -125,7 +127,7 @@ def _check_installed() -> None:
 
 
 def _texture_file(surface: Surface, begin: str, quality: int) -> tuple[str, bytes] | None:
-    """Name, which begins with `begin`, and bytes of a surface's texture; None without one."""
+    """Name, which begins with `begin`, and bytes of a surface's texture; None without a texture."""
     if surface.uv is None or surface.texture is None:
         return None
     data, kind = encode_texture(surface.texture, quality)
@@ -146,8 +148,8 @@ def _fill_stage(
     name: str,
     texture: str | None,
 ) -> None:
-    """Make the prims of a character, its clips and what its face does in them under ``/name``;
-    `texture` is the file's name beside the stage."""
+    """Make the prims of a character, its clips and its expressions under ``/name``; `texture` is
+    the name of the file next to the stage."""
     from pxr import UsdGeom, UsdSkel
 
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
@@ -282,8 +284,8 @@ def _add_expressions(stage: Any, mesh: Any, expressions: ShadedTargets) -> None:
 def _animate_face(
     animation: Any, names: Sequence[str], table: FloatArray, *, codes: FloatArray
 ) -> None:
-    """Add strengths (T, N) of the expressions `names` to a SkelAnimation, those that are ever more
-    than nothing."""
+    """Add strengths (T, N) of the expressions `names` to a SkelAnimation, if they are above 0 in
+    any frame."""
     from pxr import Vt
 
     used = np.flatnonzero(table.any(axis=0))

@@ -27,8 +27,8 @@ class PlantSettings:
         of the body adds to that: the feet of a generated runner slide with the body, but far slower
         than they swing.
     least, most : float
-        A foot whose height and speed, in these units, add up to less than `least` stands; the
-        better one of two stands up to `most`, since one foot has to.
+        A foot whose height and speed, in these units, add up to less than `least` is in contact;
+        the better one of two is in contact up to `most`, since one foot must stand.
     low : float
         Height in meters above its own floor below which the better foot must be in contact. Above
         it, the person is airborne.
@@ -231,8 +231,7 @@ def runs_of(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]
 
 def bridge_gaps(move: FloatArray, flags: BoolArray) -> None:
     """Fill the frames of rows (N, T, C) without a flag (N, T), in place: smoothly from the last
-    flagged row to
-    the next, constant beyond the ends."""
+    flagged row to the next, constant beyond the ends."""
     frames = flags.shape[1]
     at = np.arange(frames)
     before = np.maximum.accumulate(np.where(flags, at, -1), axis=1)

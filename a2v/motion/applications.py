@@ -49,11 +49,11 @@ def interpolate(
     seeds : 2 ints
         The first row is exactly ``model.sample(action, seed=seeds[0])``.
     rows : int
-        Motions, both ends included; at least 2.
+        Number of motions, both ends included; at least 2.
     frames : int
     linear : bool
-        On the straight line, as in the paper; otherwise on the great circle, where the noise keeps
-        the length that the model was trained with.
+        Interpolate on the straight line, as in the paper; otherwise on the great circle, on which
+        the noise keeps the length of the training.
 
     Returns
     -------
@@ -134,8 +134,8 @@ def outpaint(
     """Several futures of given poses (journal paper, Sec. 5.1.5).
 
     The futures have the body of `start` and continue from its end; all poses of `start` are kept. A
-    model that knows people from one side only (HumanAct12: facing the camera) is shown `start`
-    rotated to that side, and the result is rotated back.
+    model that learned one heading only (HumanAct12: facing the camera) gets `start` rotated to that
+    heading, and the result is rotated back.
 
     Parameters
     ----------
@@ -158,8 +158,8 @@ def outpaint(
     Raises
     ------
     InputError
-        `start` is a batch, has not a person's joints, or is too long; an unknown action or a number
-        out of range.
+        `start` is a batch, lacks a person's joints, or is too long; an action is unknown or a
+        number out of range.
     """
     if start.batch:
         raise InputError(
@@ -191,7 +191,7 @@ def outpaint(
         labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1))
     )
     joints = (joints + (step - 1) * joints[:, :, :1]) @ rotmat + end
-    # the given poses say where the floor is, unless they are too few to tell a step from a jump
+    # the given poses define the floor, unless they are too few to tell a step from a jump
     known = len(given) if len(given) >= 0.5 * model.fps else model.card.frames
     joints = level_floor(joints.astype(np.float32), max(known, len(given)), model.card.frames // 2)
     joints[:, : len(given)] = given
@@ -203,13 +203,13 @@ def outpaint(
 
 
 def matching_actions(model: MotionModel, pattern: str) -> list[str]:
-    """The model's actions that a pattern with ``*`` and ``?`` names, such as ``lift_dumbbell*`` for
-    its fine-grained kinds.
+    """Find the model's actions that match a pattern with ``*`` and ``?``, such as
+    ``lift_dumbbell*`` for its fine-grained kinds.
 
     Raises
     ------
     InputError
-        None matches.
+        No action matches.
     """
     found = [name for name in model.actions if fnmatch.fnmatch(name.lower(), pattern.lower())]
     if not found:
@@ -246,9 +246,9 @@ def sample_each(
 def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
     """Joints (T, J, 3) float32 of a clip on another skeleton of a person.
 
-    Joints are matched by their names in any known scheme (`canonical_joints`); those of the spine
-    that have no twin lie on the way from pelvis to neck; a missing end (hand, toes, head) continues
-    from the bone before it with the length of `lengths` (toes: forwards, level).
+    Joints are matched by their names in any known scheme (`canonical_joints`); joints of the spine
+    without a match lie between pelvis and neck; a missing end (hand, toes, head) continues from the
+    bone before it with the length of `lengths` (toes: forwards, level).
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     Raises
     ------
     InputError
-        One of them has not a person's joints.
+        One of them lacks a person's joints.
     """
     if motion.joint_names == skeleton.joint_names:
         return motion.joints.astype(np.float32)
@@ -310,8 +310,8 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
 def _to_known_heading(
     model: MotionModel, given: FloatArray, label: int, generator: np.random.Generator
 ) -> FloatArray:
-    """Rotation (3, 3) about +y of `given` (T, J, 3) to the heading that the model's own clips of an
-    action have, if they have one."""
+    """Rotation (3, 3) about +y of `given` (T, J, 3) to the heading of the model's own clips of an
+    action, if they share one."""
     skeleton = model.skeleton
     if skeleton.hips is None or skeleton.shoulders is None:
         return np.eye(3)

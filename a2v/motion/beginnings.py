@@ -25,7 +25,7 @@ def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
         return np.zeros(len(joints), dtype=np.int64)
     speeds = np.linalg.norm(np.diff(joints.astype(np.float64), axis=1), axis=-1).mean(axis=-1)
     last = np.maximum(moving - 2, 0)[:, None]
-    at = np.minimum(np.arange(speeds.shape[1]), last)  # what comes after is as the last that moves
+    at = np.minimum(np.arange(speeds.shape[1]), last)  # later frames repeat the last moving one
     even = uniform_filter1d(
         np.take_along_axis(speeds, at, axis=1), max(1, round(fps / 4)), axis=1, mode="nearest"
     )
@@ -38,8 +38,8 @@ def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
 
 
 def shifted(frames: FloatArray, by: IntArray) -> FloatArray:
-    """Clips (N, T, ...) without their first `by` (N,) frames, as long as they were: their last
-    frame is held."""
+    """Drop the first `by` (N,) frames of clips (N, T, ...); the last frame is held to keep the
+    length."""
     at = np.minimum(np.arange(frames.shape[1]) + by[:, None], frames.shape[1] - 1)
     moved: FloatArray = frames[np.arange(len(frames))[:, None], at]
     return moved

@@ -31,7 +31,7 @@ STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
 its outputs are ``last_<name>``."""
 
 _LARGEST_SIZE = 10_000
-"""Of noise vectors and states; shipped models have 384 and 128."""
+"""Largest size of noise vectors and states; shipped models have 384 and 128."""
 _AGAIN = "export the model again with a2v"
 
 
@@ -42,24 +42,24 @@ class ModelCard:
     Attributes
     ----------
     dataset, dataset_digest : str
-        Name and digest (`ActionDataset.digest`, "" where unknown) of what it learned from.
+        Name and digest (`ActionDataset.digest`, "" if unknown) of the training data.
     decoder : str
         "flow", or the pose decoder of a VAE.
     license : str
-        Of the weights.
+        License of the weights.
     held_out : tuple of str
-        Subjects that it did not learn from.
+        Subjects that are not in the training data.
     actions : tuple of str
         In label order.
     fps : float
-        Frames per second of what it makes.
+        Frame rate of the generated clips.
     frames : int
-        Frames of the clips that it learned from.
+        Number of frames of the training clips.
     joint_names : tuple of J str
     skeleton : Skeleton
         The tree of its joints.
     rest_directions : (J, 3) float64
-        Rest pose of the rotations that it makes, unit vectors.
+        Rest pose of the generated rotations, unit vectors.
     bone_lengths : (J,) float32
         Default bone lengths, native units.
     meters_per_unit : float
@@ -69,8 +69,8 @@ class ModelCard:
     latent_size : int
         Size Z of a noise vector.
     traits, descriptions : tuple of tuples of str
-        By action: what it shares with others ("coarse:Walk"), and what people said of its clips;
-        empty where nothing is known.
+        By action: traits that it shares with others ("coarse:Walk"), and descriptions of its clips;
+        empty if unknown.
     """
 
     dataset: str
@@ -93,14 +93,14 @@ class ModelCard:
 
     @functools.cached_property
     def rests_as_named(self) -> bool:
-        """Whether the rotations are those of `skeleton`; a user's own skeleton was learned with its
-        own rest pose."""
+        """Whether the rest pose is that of `skeleton`; a custom skeleton was learned with its own
+        rest pose."""
         return bool(np.allclose(self.rest_directions, self.skeleton.rest_directions, atol=1e-6))
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepCard(ModelCard):
-    """Of a model that makes one frame after the other (a VAE).
+    """The card of a model that makes one frame after the other (a VAE).
 
     Attributes
     ----------
@@ -113,17 +113,17 @@ class StepCard(ModelCard):
 
 @dataclass(frozen=True, kw_only=True)
 class WindowCard(ModelCard):
-    """Of a model that makes whole windows (a flow).
+    """The card of a model that makes whole windows (a flow).
 
     Attributes
     ----------
     window_frames, context_frames : int
         Number of frames W of a window, and P of the frames that it may continue.
     active : tuple of arrays (n,) float64
-        By action: how much of a window each clip of the data moves before it ends, ascending, in
-        [0, 1]; empty where the data has no clip.
+        By action: moving share of a window of each clip of the data, ascending, in [0, 1]; empty if
+        the data has no clip.
     headings : tuple of arrays (n,) float64
-        By action: where the data's windows face at first, radians about +y from +z. Not empty for
+        By action: first headings of the data's windows, radians about +y from +z. Not empty for
         models whose windows all face +z.
     steerable : bool
         Whether the graph takes constraints (`a2v.motion.steer`).
@@ -151,8 +151,8 @@ def read_card(path: Path) -> StepCard | WindowCard:
 
 
 def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
-    """Demand that the graph takes and gives what the card says of it: each input, its type and its
-    sizes beside clips and frames."""
+    """Require the inputs and outputs of the card in the graph: names, types and sizes besides clips
+    and frames."""
     joints = len(card.joint_names)
     body: dict[str, list[Any]] = {"bone_lengths": ["tensor(float)", 1, joints]}
     if isinstance(card, WindowCard):
@@ -177,7 +177,7 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
     found = {item.name: [item.type, *item.shape] for item in session.get_inputs()}
     for name in sorted({*inputs, *found}):
         wanted, given = inputs.get(name), found.get(name)
-        # the card's second number says how many sizes are free: clips, and frames
+        # the card's second number is the number of free sizes: clips, and frames
         if (
             wanted is None
             or given is None
@@ -194,7 +194,7 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
 
 
 def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard:
-    """The card of what a file says; `path` is for messages.
+    """Parse the description of a file; `path` is for messages.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         if "dataset_digest" in entries.entries
         else "",
         "decoder": entries.text("decoder"),
-        "license": entries.text("licence"),  # the key in files
+        "license": entries.text("licence"),  # the spelling of the key in files
         "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
         "actions": actions,
         "fps": entries.number("fps", low=0.1, high=1000),
@@ -289,11 +289,11 @@ class _Entries:
         return value
 
     def text(self, name: str) -> str:
-        """A text."""
+        """Read a text."""
         return str(self._checked(name, "a text", lambda value: isinstance(value, str)))
 
     def number(self, name: str, *, low: float, high: float) -> float:
-        """A number from `low` to `high`."""
+        """Read a number from `low` to `high`."""
         return float(
             self._checked(
                 name,
@@ -303,7 +303,7 @@ class _Entries:
         )
 
     def integer(self, name: str, *, high: int = MAX_FRAMES) -> int:
-        """A whole number from 1 to `high`."""
+        """Read a whole number from 1 to `high`."""
         return int(
             self._checked(
                 name,
@@ -313,13 +313,13 @@ class _Entries:
         )
 
     def flag(self, name: str) -> bool:
-        """Yes or no; no where it is missing."""
+        """Read a truth value; false if it is missing."""
         return name in self.entries and bool(
             self._checked(name, "true or false", lambda value: isinstance(value, bool))
         )
 
     def texts(self, name: str, *, least: int = 1) -> tuple[str, ...]:
-        """A list of different texts, at least `least`."""
+        """Read a list of at least `least` different texts."""
 
         def right(value: Any) -> bool:
             return (

@@ -85,7 +85,7 @@ class Entry:
     theme : str
     license : str
     note : str
-        What is not shown well, if anything.
+        Known weaknesses of the action; empty if there are none.
     """
 
     name: str
@@ -125,7 +125,7 @@ class Understanding:
     steps : tuple of Step
         Each with its `source`.
     matches : tuple of Match
-        One a step.
+        One match per step.
     """
 
     steps: tuple[Step, ...]
@@ -183,8 +183,8 @@ def catalog(license: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog
 def understand(
     text: str, *, license: str = "any", sources: Sequence[str] = SOURCES
 ) -> Understanding:
-    """Words to steps of any source; where several make an action, one that makes other steps too is
-    preferred.
+    """Match words to steps of any source. If several make an action, one that also makes other
+    steps is preferred.
 
     Parameters
     ----------
@@ -197,8 +197,8 @@ def understand(
     Raises
     ------
     InputError
-        A part means no action; the message names it and the five nearest. Or the prompt has no
-        part, or is too long.
+        A part matches no action (the message names it and the five nearest), or the prompt has no
+        part or is too long.
     """
     known = catalog(license, tuple(sources))
     steps, matches = parse_prompt(text, known.vocabulary)
@@ -224,8 +224,7 @@ def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
 
 
 def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
-    """Steps with the source of each: of several that make it, the one that makes most of the
-    steps."""
+    """Give each step a source: of those that make it, the one that makes most of the steps."""
     counts = Counter(source for step in steps for source in known.entry(step.action).sources)
 
     def best(step: Step) -> str:
@@ -267,7 +266,7 @@ def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
 
 @cache
 def weaknesses() -> dict[str, str]:
-    """Actions of `cmu-fine` that cannot be shown well to what is wrong with them (``weak.csv``)."""
+    """Weak actions of `cmu-fine` with a description of the weakness (``weak.csv``)."""
     with WEAK.open(newline="", encoding="utf-8") as stream:
         return {row["action"]: row["note"] for row in csv.DictReader(stream)}
 

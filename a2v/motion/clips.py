@@ -3,9 +3,8 @@ backflip...
 
 ``clips.csv`` lists them with how they are played, ``a2v/weights/clips.npz`` holds their joints with
 fingers (``scripts/make_clips.py`` makes it). They are CC0: Quaternius' Universal Animation Library
-(30 frames a second) and Mesh2Motion's animations (24). Another seed plays a clip in another way:
-its tempo is warped, its sides are exchanged where that is as good, and the upper body moves a
-little more or less.
+(30 frames a second) and Mesh2Motion's animations (24). The seed varies a clip: its tempo is warped,
+its sides are exchanged if the clip allows it, and the upper body moves slightly more or less.
 """
 
 from __future__ import annotations
@@ -28,35 +27,36 @@ from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, Motion
 
 SOURCE = "clips"
-"""What the library is called where models have names."""
+"""Name of the library among the names of models."""
 
 TABLE = Path(__file__).with_name("clips.csv")
 LIBRARY = WEIGHTS / "clips.npz"
 STEP = 2e-4
-"""Meters that a unit of the file stands for."""
+"""Meters per unit of the file."""
 
 LICENSE = "CC0-1.0"
 AUTHORS = {30.0: "Quaternius, Universal Animation Library", 24.0: "Mesh2Motion"}
 OWN = "own-"
-"""How files of our own gestures begin (``scripts/gestures.py``)."""
+"""Prefix of the files of our own gestures (``scripts/gestures.py``)."""
 OWN_AUTHOR = "a2v"
-"""Who made them."""
+"""Their author."""
 
 SHOWN_SECONDS = 5.0
 """Seconds for which a cycle is played if no length is given."""
 REPEATED_SECONDS = 2.5
-"""A clip that can be repeated is, until it has lasted so long."""
+"""A clip that can be repeated is repeated until this time, seconds."""
 
 TEMPO = 0.12
-"""How far the tempo of a seed's performance is from the keyed one (log)."""
+"""Two standard deviations of the logarithm of a seed's tempo relative to the keyed one."""
 WARP = 0.03
-"""By how much of the clip's length its moments move to and fro."""
+"""Largest shift of moments by the time warp, as a share of the clip's length."""
 AMPLITUDE = (0.85, 1.15)
-"""Likewise: how far trunk, head and arms move from their mean pose, over how far they are keyed."""
+"""Range of the factor on the movement of trunk, head and arms about their mean pose."""
 HANDS_FREE = 0.3
-"""Meters over the ground that hands must keep for the upper body to vary: others lean on it."""
+"""Least height of hands above the ground, meters, for the upper body to vary: lower hands lean on
+it."""
 SEAM_SECONDS = 0.15
-"""Over which the end of a clip that is repeated is brought to its beginning."""
+"""Seconds over which the end of a repeated clip is blended into its beginning."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,17 +68,16 @@ class Clip:
     name : str
         As an action.
     file : str
-        As its author named it.
+        Name by its author.
     theme : str
     plays : "loop", "repeat" or "once"
-        A cycle; something that is done again and again where there is time; something that is held
-        at its end.
+        A cycle; an action that is repeated if there is time; an action that is held at its end.
     mirrors : bool
-        Whether it is as good with left and right exchanged.
+        Whether left and right may be exchanged.
     air : bool
-        Whether it takes place over the ground.
+        Whether it takes place above the ground.
     words : str
-        What else it may be called.
+        Other names.
     fps : float
     pace : float
         Meters a second ahead.
@@ -96,7 +95,7 @@ class Clip:
 
     @property
     def author(self) -> str:
-        """Who made it."""
+        """Author of the clip."""
         return OWN_AUTHOR if self.file.startswith(OWN) else AUTHORS[self.fps]
 
 
@@ -115,12 +114,12 @@ class ClipLibrary:
         return tuple(clip.name for clip in self.clips)
 
     def index(self, action: str) -> int:
-        """Which clip an action is; case, spaces and hyphens don't matter.
+        """Index of the clip of an action; case, spaces and hyphens don't matter.
 
         Raises
         ------
         InputError
-            None has that name.
+            No clip has that name.
         """
         plain = plain_name(action)
         for index, clip in enumerate(self.clips):
@@ -144,7 +143,7 @@ class ClipLibrary:
 
 @cache
 def clip_library() -> ClipLibrary:
-    """The library as it ships."""
+    """Load the shipped library."""
     held = read_npz(LIBRARY)
     with TABLE.open(newline="", encoding="utf-8") as stream:
         rows = {row["file"]: row for row in csv.DictReader(stream)}
@@ -205,7 +204,7 @@ def play_clip(
     Raises
     ------
     InputError
-        No such clip.
+        The clip is unknown.
     """
     library = clip_library()
     index, skeleton = library.index(action), library.skeleton
@@ -298,7 +297,7 @@ def _varied(keyed: FloatArray, skeleton: Skeleton, amplitude: float) -> FloatArr
 
 
 def _closed(keyed: FloatArray, fps: float) -> FloatArray:
-    """A clip (K, J, 3) whose end comes to its beginning over `SEAM_SECONDS`."""
+    """Blend the end of a clip (K, J, 3) into its beginning over `SEAM_SECONDS`."""
     fade = min(max(2, round(SEAM_SECONDS * fps)), len(keyed))
     weight = np.linspace(0, 1, fade + 1)[1:, None, None]
     closed = keyed.copy()

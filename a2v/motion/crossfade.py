@@ -1,5 +1,4 @@
-"""Going over from one clip to another: directions of bones and steps of the root are mixed for a
-moment."""
+"""Cross-fade from one clip to another by mixing directions of bones and steps of the root."""
 
 from __future__ import annotations
 

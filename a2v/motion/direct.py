@@ -32,10 +32,10 @@ MIN_PACE = 0.05
 MAX_PACE = 20.0
 """Fastest pace along a path, m/s: no person runs faster."""
 SLIDES_ALONG = 0.5
-"""Meters a second that a standing foot may slide for each of the body's, before it is held: feet of
-people who run round a bend slide with them."""
+"""Share of the body's speed at which a standing foot may slide before it is held: feet of a person
+who runs round a bend slide along."""
 KEPT_SECONDS = 0.4
-"""Over which a clip goes from the ground to the height of a pose that is given, and back."""
+"""Seconds over which a clip changes from the ground to the height of a given pose, and back."""
 
 
 def make_motion(
@@ -88,8 +88,8 @@ def make_motion(
 def _figure(
     model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float
 ) -> Motion | None:
-    """Clips of the one action that is named after its path (`a2v.motion.figures`), along that path;
-    None for all others."""
+    """Clips of an action that is named after its path (`a2v.motion.figures`), along that path; None
+    for all others."""
     if (
         len(steps) != 1
         or steps[0].action not in NATURAL_SECONDS
@@ -113,7 +113,7 @@ def _figure(
 
 
 def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion:
-    """The motion, saying which of its actions go up (`a2v.animation.retarget.has_steps`)."""
+    """Record in the motion which of its actions go up (`a2v.animation.retarget.has_steps`)."""
     found = [rises(model.card, step.action) for step in steps]
     return (
         dataclasses.replace(motion, provenance={**motion.provenance, "rises": found})
@@ -123,8 +123,8 @@ def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion
 
 
 def on_feet(motion: Motion, model: MotionModel) -> Motion:
-    """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses
-    that were given do not change."""
+    """Plant the feet of an application's result (`a2v.motion.applications`); given poses do not
+    change."""
     actions = motion.action.replace("|", ",").split(",")
     known = [name for name in actions if name in model.actions]
     return planted(
@@ -179,8 +179,7 @@ def _directed(
 def _on_ground(
     motion: Motion, model: MotionModel, steps: Sequence[Step], *, kept: Sequence[int]
 ) -> Motion:
-    """A directed clip on the ground; poses that are given, at the frames `kept`, stay as high as
-    they are."""
+    """Put a directed clip on the ground; given poses, at the frames `kept`, keep their height."""
     actions = [step.action for step in steps]
     if not kept:
         off = ground_offset(motion.joints[None])[0] * np.array([0, 1, 0], np.float32)
@@ -223,12 +222,12 @@ def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, fl
 
 
 def natural_speed(model: MotionModel, action: str) -> float:
-    """Meters a second that the model's own clips of an action travel."""
+    """Speed of the model's own clips of an action, meters per second."""
     sampler = model.sampler
     share = sampler.active_share(model.label(action)) if isinstance(sampler, WindowSampler) else 1.0
     frames = max(4, round(0.8 * share * model.card.frames))  # before clips end and stand
     made = model.sample(action, frames=frames, count=SPEED_CLIPS, seed=0)
-    # over half a second, so that sway does not count, and nothing is lost where a clip turns
+    # over half a second, so that sway does not count and turns lose nothing
     apart = max(1, min(round(0.5 * model.fps), frames - 1))
     steps = np.linalg.norm((made.root[:, apart:] - made.root[:, :-apart])[..., [0, 2]], axis=-1)
     return float(np.median(steps) / apart * model.fps)
@@ -237,7 +236,7 @@ def natural_speed(model: MotionModel, action: str) -> float:
 def check_directed(
     model: MotionModel, steps: Sequence[Step], direction: Direction, *, count: int = 1
 ) -> None:
-    """Refuse a direction for what cannot go along it, before anything long runs.
+    """Refuse a direction that the model or the steps cannot follow, before anything long runs.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from a2v.types import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Keyframe:
-    """What shall be at a moment.
+    """A pose, place or heading at a given time.
 
     Attributes
     ----------
@@ -22,9 +22,9 @@ class Keyframe:
     joints : (J, 3) float or None
         A pose of the model's skeleton, in its place, meters, y up, the ground at 0.
     at : (x, z) or None
-        Where the root shall be, meters, where there is no pose.
+        Place of the root, meters, if there is no pose.
     heading : float or None
-        Which way the person shall face, radians about +y from +z, where there is no pose.
+        Heading of the person, radians about +y from +z, if there is no pose.
     """
 
     time: float
@@ -36,7 +36,7 @@ class Keyframe:
 
 @dataclass(frozen=True, kw_only=True)
 class Hold:
-    """A joint that stays where it is put.
+    """A joint that is held at a place.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Hold:
     at : (x, y, z)
         Meters; the ground is at 0.
     body : bool
-        `at` is seen from the person: to the left of the root, above it, before it.
+        `at` is relative to the person: to the left of the root, above it, in front of it.
     """
 
     joint: str
@@ -65,15 +65,15 @@ class Hold:
 
 @dataclass(frozen=True, kw_only=True)
 class Direction:
-    """Where a motion shall go, and what shall be on its way.
+    """Path, headings, keyframes and holds that a motion must follow.
 
     Attributes
     ----------
     path : GroundPath or None
     pace : float or None
-        Meters a second along the path; None: as fast as the action goes by itself.
+        Meters per second along the path; None takes the natural speed of the action.
     heading : float or None
-        Which way the person faces all along, radians about +y from +z; None: where the path leads.
+        Heading throughout, radians about +y from +z; None follows the path.
     keyframes : tuple of Keyframe
     holds : tuple of Hold
     """

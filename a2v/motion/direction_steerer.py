@@ -1,9 +1,9 @@
 """Steer the windows of a motion (`a2v.motion.steer`) to its constraints
 (`a2v.motion.direction`).
 
-Paths and headings are soft constraints at intervals. Keyframes are exact: what a window misses of
-them is added to its constraints, and the window is made again. A held hand is constrained
-by the bones of an arm that reaches it.
+Paths and headings are soft constraints at intervals. Keyframes are exact: the miss of a window is
+added to its constraints, and the window is made again. A held hand is constrained by the bones of
+an arm that reaches it.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ from a2v.motion.ways import Way
 from a2v.types import FloatArray
 
 PATH_SIGMA = 0.15
-"""How near the root shall be to the path, meters (docs/results/motion_direction.md)."""
+"""Tolerance of the root's distance from the path, meters (docs/results/motion_direction.md)."""
 SIDE_SIGMA = 0.1
-"""How near the hips' line shall be to the path's side (unit vectors)."""
+"""Tolerance of the hips' line against the normal of the path (unit vectors)."""
 ASK_SECONDS = 0.66
-"""Every how many seconds that is asked for."""
+"""Seconds between the constraints of a path or a heading."""
 POSE_SIGMA = 0.02
-"""How near the directions of bones of a given pose shall be (unit vectors)."""
+"""Tolerance of the bone directions of a given pose (unit vectors)."""
 PLACE_SIGMA = 0.005
-"""How near its places shall be, meters."""
+"""Tolerance of its positions, meters."""
 HELD_SIGMA = 0.05
-"""How near what is held shall be, as `POSE_SIGMA`; `hold_limbs` does the rest."""
+"""Tolerance of held joints, like `POSE_SIGMA`; `hold_limbs` does the rest."""
 HELD_SECONDS = 0.25
-"""Every how many seconds that is asked for."""
+"""Seconds between the constraints of a held joint."""
 PASSES = 4
-"""How often a window is made whose constraints are exact."""
+"""Number of times that a window with exact constraints is made."""
 CALM_FRAMES = 12
-"""Frames between the beginning of a window's own frames and what is asked for exactly: there the
-window still leads over from the one before."""
+"""Frames between the beginning of a window's own frames and the first exact constraint: there the
+window still blends from the one before."""
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None where what
-    is missed is not given back."""
+    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None if its miss
+    is not fed back."""
 
     constraint: SoftConstraint
     seen: Callable[[FloatArray], FloatArray] | None = None
@@ -84,7 +84,7 @@ class DirectionSteerer:
         self.start = self._start()
 
     def _start(self) -> tuple[FloatArray, float]:
-        """Where the clip begins; the height is a guess until it has begun."""
+        """Start of the clip; the height is a guess until it has begun."""
         tall = float(self.reader.lengths[self._leg()].sum())
         place, yaw = np.array([0.0, tall, 0.0]), self.direction.heading
         if self.way is not None:
@@ -130,8 +130,8 @@ class DirectionSteerer:
         """See `Steerer`."""
         back = yaw_to_rotmat(np.array(-yaw))
         soft = self._soft(first, taken, place, yaw)
-        # what leads over from the window before is not in the code: where a window is no longer
-        # than that, it is given back as well
+        # the blend from the window before is not in the code: if a window is no longer
+        # than that, its miss is fed back as well
         again = soft if 0 < taken[0] >= taken[1] - CALM_FRAMES else []
         made: FloatArray | None = None
         missed: dict[int, FloatArray] = {}
@@ -195,8 +195,8 @@ class DirectionSteerer:
         return constraints
 
     def _towards(self, frame: int, place: FloatArray, first: int) -> tuple[float, float] | None:
-        """Where the root should be at `frame` on the straight way to the next place that is given
-        later; None without one."""
+        """Target of the root at `frame` on the straight line to the next place that is given later;
+        None without one."""
         for later, key in self._keys:
             goal = key.at if key.joints is None else tuple(key.joints[0, [0, 2]])
             if later > frame and goal is not None:

@@ -28,15 +28,15 @@ from a2v.types import FloatArray, IntArray, Motion
 LEAST_LOOP_SECONDS = 0.8
 """Shortest cycle that `make_loop` looks for."""
 FADE_SECONDS = 0.4
-"""How long its end fades into what led to its start."""
+"""Seconds over which its end fades into the frames before its start."""
 SEAM_SECONDS = 1 / 30
 """Width in seconds by which the root of a cycle in place is evened: the seam of one that turns was
 a jolt of 1.4 times the largest inside (Crossover walk, seed 0), and is .7 times."""
 #: Least mean speed of a cycle over the upper quartile of the clip's.
 LIVELY = 0.7
-#: How much accelerations speak against the moments where a cycle begins and ends.
+#: Weight of accelerations against the moments where a cycle begins and ends.
 JOLT = 0.1
-#: How velocities count beside positions where a cycle is closed, seconds.
+#: Weight of velocities relative to positions where a cycle is closed, seconds.
 VELOCITY_SECONDS = 0.3
 
 
@@ -51,9 +51,9 @@ class Edit:
     mirror : bool
         Left and right exchanged.
     loop : bool
-        A seamless cycle out of the clip.
+        Make a seamless cycle of the clip.
     in_place : bool
-        Neither travel nor turning; the sway of steps stays.
+        Remove travel and turning; the sway of steps stays.
     """
 
     speed: float = 1.0
@@ -66,7 +66,7 @@ class Edit:
 
 
 def edited(motion: Motion, edit: Edit) -> Motion:
-    """The clip or batch in the tempo and in the place that `edit` asks for.
+    """Apply `edit` to a clip or batch.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def edited(motion: Motion, edit: Edit) -> Motion:
 
 
 def _standing(loop: Motion) -> Motion:
-    """A cycle whose feet stand: the middle one of three rounds, so that it closes."""
+    """Plant the feet of a cycle: the middle one of three rounds is taken, so that it closes."""
     rounds = repeat_loop(loop, 3)
     joints = plant_feet(
         rounds.joints, skeleton_of_motion(loop), loop.fps, settings=PlantSettings(settled=False)
@@ -92,8 +92,8 @@ def _standing(loop: Motion) -> Motion:
 
 
 def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
-    """The clip without its travel and its turning; the sway of hips and shoulders stays. A `loop`
-    stays one.
+    """Remove travel and turning from a clip; the sway of hips and shoulders stays. A `loop` stays a
+    loop.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
 
 
 def mirror_motion(motion: Motion) -> Motion:
-    """Left and right exchanged: the clip (or batch) as a mirror across x = 0 shows it.
+    """Exchange left and right: mirror the clip (or batch) across x = 0.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def retimed(motion: Motion, *, fps: float, speed: float = 1.0) -> Motion:
 
 
 def check_speed(speed: float) -> None:
-    """Refuse a tempo that is no tempo.
+    """Refuse a tempo out of range.
 
     Raises
     ------
@@ -190,12 +190,12 @@ def check_speed(speed: float) -> None:
 def make_loop(
     motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS
 ) -> Motion:
-    """A seamless cycle out of the clip: its frames follow one another, and the first follows the
+    """Make a seamless cycle of a clip: its frames follow one another, and the first follows the
     last.
 
-    The two moments are sought that are most alike in pose and velocity, wherever on the ground they
-    are; towards the second, the clip fades into what led to the first. A cycle that travels
-    continues from where it ends, in the direction that it ends in.
+    The two moments that are most similar in pose and velocity are found, independent of their place
+    on the ground. Towards the second moment, the clip fades into the frames before the first. A
+    cycle that travels continues from its end, in its final direction.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def make_loop(
     Raises
     ------
     InputError
-        The clip is too short, or its skeleton does not say where its hips and shoulders are.
+        The clip is too short, or hips and shoulders are not found in its skeleton.
     """
     fade, least = (
         max(2, round(FADE_SECONDS * motion.fps)),
@@ -252,8 +252,8 @@ def _closest_moments(
     """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity
     and travel.
 
-    Where nothing is thrown about is better than in the middle of a leap. A standing person matches
-    itself best, so a cycle has to move nearly as much as the moving part of the clip.
+    Moments of low acceleration are better than the middle of a leap. A standing person matches
+    itself best, so a cycle must move nearly as much as the moving part of the clip.
     """
     pose = local.reshape(len(local), -1)
     velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)
@@ -282,8 +282,8 @@ def _closest_moments(
 
 
 def _steps(path: GroundTrajectory) -> FloatArray:
-    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (meters)
-    and turn (radians)."""
+    """Steps from each frame to the next in its own axes: (T, 3) of sideways, ahead (meters) and
+    turn (radians)."""
     moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
     turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])
     cos, sin = np.cos(path.heading), np.sin(path.heading)
@@ -307,8 +307,8 @@ def _walk(steps: FloatArray) -> GroundTrajectory:
 
 
 def _closed_walk(steps: FloatArray) -> GroundTrajectory:
-    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends where it starts:
-    sideways steps of somebody who sways don't add up to none."""
+    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends at its start: the
+    sideways steps of a person who sways do not sum to zero."""
     walked = _walk(np.concatenate([steps, np.zeros((1, 3))]))
     drift = np.linspace(0, 1, len(steps) + 1)[:, None] * walked.position[-1]
     return GroundTrajectory((walked.position - drift)[:-1], walked.heading[:-1])
@@ -333,7 +333,7 @@ def _blend(one: FloatArray, other: FloatArray, weight: FloatArray) -> FloatArray
 
 
 def _transformed(transforms: FloatArray, points: FloatArray) -> FloatArray:
-    """Points (T, J, 3) under one transform (T, 4, 4) a frame."""
+    """Apply one transform (T, 4, 4) per frame to points (T, J, 3)."""
     moved: FloatArray = (
         points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
     )
@@ -345,7 +345,7 @@ def _moved(motion: Motion, transforms: FloatArray) -> Motion:
 
 
 def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
-    """`motion` with other joints (..., T, J, 3)."""
+    """Replace the joints (..., T, J, 3) of `motion`."""
     rotations = inverse_kinematics(joints, skeleton_of_motion(motion))
     return dataclasses.replace(
         motion,

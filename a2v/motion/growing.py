@@ -17,7 +17,7 @@ class GrowingClips:
     ----------
     joints, rotations : (N, T, J, 3) float32
     ahead : (N, F, J, 3) float32
-        What would have come after what each clip has.
+        Frames that would have followed those of each clip.
     at : (N,) int64
         Frames that each clip has.
     """
@@ -41,8 +41,8 @@ class GrowingClips:
     def add(
         self, rows: IntArray, joints: FloatArray, rotations: FloatArray, take: IntArray
     ) -> None:
-        """Go on with the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3);
-        what follows them is ahead."""
+        """Extend the clips `rows` (n,) by the first `take` (n,) frames of these (n, W, J, 3); the
+        following frames become `ahead`."""
         own, fade = np.arange(len(rows))[:, None], np.arange(self.ahead.shape[1])
         at, longest = self.at[rows], int(take.max())
         if (at == at[0]).all() and (take == longest).all() and len(rows) == len(self.at):

@@ -1,4 +1,4 @@
-"""Keyframes and held joints out of files and words (docs/motion.md)."""
+"""Read keyframes and held joints from files and words (docs/motion.md)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from a2v.types import FloatArray
 
 MAX_BYTES = 1 << 18
 MAX_POSES = 200
-"""Keyframes of one file."""
+"""Largest number of keyframes in a file."""
 
 _ENTRIES = {
     "pose": {"time", "frame", "file", "pose", "at", "heading"},
@@ -38,7 +38,7 @@ _HELD = re.compile(
 def read_keyframes(
     source: str | Path, model: MotionModel, *, fps: float
 ) -> tuple[list[Keyframe], list[Hold]]:
-    """The keyframes and held joints of a YAML file, for a result of `fps` frames a second.
+    """Read the keyframes and held joints of a YAML file, for a result of `fps` frames per second.
 
     It is a list of ``{time: 2, file: x.bvh, pose: 12}``, a pose of a motion file where it is there,
     or moved ``at: [x, z]`` and to a ``heading`` in degrees; ``{time: 2, at: [x, z], heading: 90}``,
@@ -150,7 +150,7 @@ def placed(pose: FloatArray, key: Keyframe, skeleton: Skeleton) -> Keyframe:
 
 
 def read_holds(text: str) -> list[Hold]:
-    """Held joints out of "left_wrist 0.3,1.4,0.4 from 1 to 2; head body 0,0.6,0.1 from 0 to 3":
+    """Parse held joints from "left_wrist 0.3,1.4,0.4 from 1 to 2; head body 0,0.6,0.1 from 0 to 3":
     meters, seconds.
 
     Raises

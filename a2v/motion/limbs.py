@@ -1,5 +1,4 @@
-"""Limbs of plain joints that reach for a place: feet that stand still, hands that are held. Knees
-and elbows give way.
+"""Move limbs of plain joints to places: planted feet and held hands; knees and elbows bend.
 
 On a person's rig feet are cleaned with heels, toes and soles (`a2v.animation.grounding`); here a
 foot is an ankle and a toe.
@@ -22,14 +21,14 @@ from a2v.motion.direction import Hold
 from a2v.types import FloatArray, Motion
 
 EASE_SECONDS = 0.3
-"""Over which a limb goes to where it is held, and from there."""
+"""Seconds over which a limb moves to its held place, and from it."""
 
 
 def planted(
     motion: Motion, skeleton: Skeleton, *, settings: PlantSettings = PLANT, kept: Sequence[int] = ()
 ) -> Motion:
-    """A clip or batch whose standing feet stay where they are (`a2v.kinematics.planting`); the
-    frames `kept` keep their poses."""
+    """Plant the standing feet of a clip or batch (`a2v.kinematics.planting`); the frames `kept`
+    keep their poses."""
     stays = None
     if len(kept):
         fixed = np.zeros(motion.frames, bool)
@@ -45,8 +44,8 @@ def planted(
 
 
 def hold_limbs(motion: Motion, skeleton: Skeleton, holds: Sequence[Hold]) -> Motion:
-    """A clip whose held hands and feet are where they shall be, as far as limbs reach; they get
-    there and leave within `EASE_SECONDS`."""
+    """Move held hands and feet of a clip to their places, as far as limbs reach; they arrive and
+    leave within `EASE_SECONDS`."""
     joints = motion.joints.astype(np.float64)
     times = np.arange(len(joints)) / motion.fps
     for hold in holds:
@@ -64,7 +63,7 @@ def hold_limbs(motion: Motion, skeleton: Skeleton, holds: Sequence[Hold]) -> Mot
 
 
 def held_at(hold: Hold, joints: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Where a held joint shall be (T, 3) in frames with `joints` (T, J, 3)."""
+    """Target places (T, 3) of a held joint in frames with `joints` (T, J, 3)."""
     if not hold.body:
         return np.broadcast_to(np.array(hold.at, np.float64), joints[:, 0].shape)
     placed: FloatArray = joints[:, 0] + yaw_to_rotmat(heading(joints, skeleton)) @ np.array(
@@ -74,7 +73,7 @@ def held_at(hold: Hold, joints: FloatArray, skeleton: Skeleton) -> FloatArray:
 
 
 def _reach(joints: FloatArray, limb: tuple[int, int, int], joint: int, move: FloatArray) -> None:
-    """Move the end of a limb, and what hangs on it, by `move` (T, 3), in place."""
+    """Move the end of a limb, and its descendants, by `move` (T, 3), in place."""
     top, middle, end = limb
     new_middle, new_end = bend_to(
         joints[:, top], joints[:, middle], joints[:, end], joints[:, end] + move

@@ -1,5 +1,5 @@
-"""Actions of several sources in one clip: each is made by what makes it, brought to the clips'
-skeleton, and blended into the next."""
+"""Join actions of several sources in one clip, on the library's skeleton, with blends between
+them."""
 
 from __future__ import annotations
 
@@ -33,17 +33,19 @@ from a2v.types import FloatArray, Motion
 MODEL_SECONDS = 3.0
 """Seconds of a model's action in a mix if no length is given."""
 SHORTEST_SECONDS = 0.8
-"""Least length of a step that names none."""
+"""Least length of a step without a given length, seconds."""
 FADE_SECONDS = (0.35, 1.1)
-"""Of a blend: between poses that are alike, and between those that lie `FAR` apart."""
+"""Seconds of a blend between similar poses, and between poses that are `FAR` apart."""
 FAR = 1.2
-"""Meters between a joint's places at the end of one action and at the beginning of the next."""
+"""Largest distance in meters of a joint between two poses, from which the longest blend is used."""
 LEAD = 0.6
-"""Share of a blend that a clip waits for before it begins: what is blended away is not seen."""
+"""Share of a blend for which a clip waits before it begins, since its first frames are hardly
+visible."""
 RELAXED = "Idle"
-"""The clip whose hands people have of whose hands nothing is known."""
+"""The clip that gives the hands of motions without hands."""
 SOLE = 0.012
-"""Meters that the lowest joint of a standing person is over the ground, on the clips' skeleton."""
+"""Height in meters of a standing person's lowest joint above the ground, on the library's
+skeleton."""
 LEVELLED = frozenset({"humanact12", "ntu_vibe"})
 """Skeletons of data whose vertical leans with the camera (`a2v.animation.retarget`)."""
 
@@ -73,7 +75,8 @@ def make_sourced(
     steps : sequence of Step
         With `source`.
     frames : int
-        Of the result, for steps that name no length: they share it by how long they last by nature.
+        Number of frames of the result, shared by steps without a given length in proportion to
+        their natural lengths.
     fps : float
     seed, count : int
         Several clips have seeds that follow each other.
@@ -106,7 +109,7 @@ def _one(steps: Sequence[Step], frames: int, fps: float, seed: int, edit: Edit) 
     index = library.index(steps[0].action)
     if (
         edit.loop and library.clips[index].plays == "loop"
-    ):  # a whole number of its own cycles, which is one already
+    ):  # a whole number of its own cycles already closes
         cycle = len(library.joints[index]) / library.clips[index].fps / speed
         whole = max(1, round(frames / fps / cycle)) * cycle
         played = play_clip(
@@ -125,8 +128,8 @@ def _one(steps: Sequence[Step], frames: int, fps: float, seed: int, edit: Edit) 
 
 
 def shared_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
-    """Frames of each step: what it asks for; of what is left of `frames` the others have shares as
-    long as they last by nature."""
+    """Frames of each step: the given length; the others share the rest of `frames` in proportion to
+    their natural lengths."""
     asked = [
         step.frames or (max(1, round(step.seconds * fps)) if step.seconds else 0) for step in steps
     ]
@@ -226,8 +229,7 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
 def _played(
     segment: _Segment, fps: float, seed: int, speed: float, *, ahead: int, lead: int
 ) -> FloatArray:
-    """Joints (T + ahead, J, 3) of a segment on the clips' skeleton, and how it would continue; a
-    clip
+    """Joints (T + ahead, J, 3) of a segment on the clips' skeleton, with its continuation; a clip
     waits for `lead` frames in its first pose."""
     frames, first = segment.frames + ahead, segment.steps[0]
     if first.source == CLIPS:
@@ -256,8 +258,8 @@ def _played(
 
 
 def _fade(end: FloatArray, begin: FloatArray, skeleton: Skeleton, fps: float) -> int:
-    """Frames of the blend between two poses (J, 3): the longer, the further they are apart,
-    wherever they stand."""
+    """Frames of the blend between two poses (J, 3): longer for more different poses, independent of
+    their places."""
     apart = np.linalg.norm(_at_home(end, skeleton) - _at_home(begin, skeleton), axis=-1).max()
     return max(2, round(float(np.interp(apart, [0.15, FAR], FADE_SECONDS)) * fps))
 
@@ -282,8 +284,8 @@ def _sided(skeleton: Skeleton) -> Skeleton:
 
 
 def on_clips_skeleton(motion: Motion) -> FloatArray:
-    """Joints (T, J, 3), meters, of a clip of any skeleton on that of the library: its bones, feet
-    and neck as they stand there, relaxed hands."""
+    """Joints (T, J, 3), meters, of a clip of any skeleton on that of the library: with its bones,
+    its standing feet and neck, and relaxed hands."""
     library = clip_library()
     skeleton, lengths = library.skeleton, library.lengths
     source = source_joints(motion)
@@ -312,8 +314,8 @@ def on_clips_skeleton(motion: Motion) -> FloatArray:
 
 
 def _standing(joints: FloatArray, skeleton: Skeleton, data: str) -> FloatArray:
-    """Joints (T, J, 3) whose feet and neck are turned by how much the skeleton of `data` stands
-    otherwise than the library's."""
+    """Turn feet and neck of joints (T, J, 3) by the difference between the standing poses of the
+    skeleton of `data` and of the library."""
     table = table_of(data)
     found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     rest = _rest(skeleton)

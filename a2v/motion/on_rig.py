@@ -1,5 +1,5 @@
-"""An edited motion on a body's rig: what the feet do is found where they travel, and what is edited
-comes after."""
+"""Retarget edited motions: contacts are found in the travelling motion, edits in place come
+after."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ _PLAIN = RetargetSettings()
 def retarget_edited(
     motion: Motion, body: Body, edit: Edit, *, settings: RetargetSettings = _PLAIN
 ) -> FloatArray:
-    """Move a body's rig as a motion that is mirrored, in its tempo and a cycle already, but still
-    travels.
+    """Retarget a motion that is mirrored, in its tempo and a cycle already, but still travels.
 
-    On the spot feet slide by nature: contacts are found and cleaned on the way, and the travel is
-    taken after that. A cycle is carried over as the middle one of three rounds, so that it closes
-    on the rig too.
+    In a motion in place the feet slide. Contacts are therefore found and cleaned in the travelling
+    motion, and the travel is removed after that. A cycle is retargeted as the middle one of three
+    rounds, so that it closes on the rig too.
 
     Parameters
     ----------

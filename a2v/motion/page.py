@@ -38,8 +38,8 @@ from a2v.rendering.stickfigure import StickSettings
 from a2v.sessions import read_metadata
 
 PACKAGES = NpmPackages("page", ("onnxruntime-web@1.30.0",))
-"""What runs the model in a browser (MIT). The page takes its smallest build, WebAssembly with SIMD,
-and runs it on one thread."""
+"""The package that runs the model in a browser (MIT). The page takes its smallest build,
+WebAssembly with SIMD, and runs it on one thread."""
 
 RUNTIME = ("ort.wasm.min.js", "ort-wasm-simd-threaded.mjs", "ort-wasm-simd-threaded.wasm")
 """The files of that build: the interface, what loads the engine, the engine."""
@@ -72,7 +72,7 @@ def write_motion_page(
 ) -> None:
     """Write an HTML page that samples `model`, with action, seed, length and guidance to choose.
 
-    Clips are those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a
+    Clips equal those of ``export/sample.py`` and, for the same seed, of `MotionModel.sample`, to a
     tenth of a millimeter.
 
     Parameters
@@ -81,12 +81,12 @@ def write_motion_page(
         Ends in ``.html``; written atomically.
     model : MotionModel
     character : path or None
-        A binary glTF of a skinned person who plays; sticks without it.
+        A binary glTF of a skinned person that shows the motion; a stick figure by default.
     action : str or None
-        What is made first; the model's first action by default.
+        First action; the model's first action by default.
     seed : int
     seconds : float
-        Length at first, 1 to 30.
+        Initial length, 1 to 30.
     title : str
 
     Raises
@@ -146,8 +146,8 @@ def _pieces(parts: dict[str, bytes]) -> list[bytes]:
 
 
 def page_graph(path: Path) -> tuple[bytes, bool]:
-    """A model's graph as the page runs it: joints alone come out, and how much it is guided goes
-    in, where it is guided at all.
+    """A model's graph for the page: joints are the only output, and guidance is an input if the
+    model is guided.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     defaults = {item.name for item in graph.initializer}
     keep = [
         item for item in graph.input if item.name not in defaults
-    ]  # constraints stay what they are by default: none
+    ]  # constraints keep their default: none
     del graph.input[:]
     graph.input.extend(keep)
     joints = next(item for item in graph.output if item.name == "joints")
@@ -213,7 +213,7 @@ def _feet(model: MotionModel) -> dict[str, Any]:
 
 
 def _skeleton(model: MotionModel) -> dict[str, Any]:
-    """What a file of a clip is written by: parents, names, and directions of the bones at rest."""
+    """The skeleton for files of clips: parents, names, and rest directions of the bones."""
     own = model.skeleton
     return {
         "parents": own.parents.tolist(),
@@ -223,7 +223,7 @@ def _skeleton(model: MotionModel) -> dict[str, Any]:
 
 
 def _words(model: MotionModel) -> list[str]:
-    """What is known of each action beside its name, to search in."""
+    """Searchable words of each action besides its name."""
     card, none = model.card, [()] * len(model.actions)
     return [
         " ".join((*words, *traits))
@@ -246,7 +246,8 @@ def _sticks(model: MotionModel) -> dict[str, Any]:
 
 
 def _character(model: MotionModel, path: str | os.PathLike[str]) -> tuple[dict[str, Any], bytes]:
-    """What plays a motion on a character's bones, and the character."""
+    """Tables of joints with which the page plays a motion on a character's bones, and the
+    character's bytes."""
     glb = read_glb(path)
     skins = glb.items("skins")
     if not skins:

@@ -1,8 +1,7 @@
-"""One function from words or a timeline to typed steps and what makes
-them: `plan_motion`.
+"""Turn words or a timeline into typed steps and their sources: `plan_motion`.
 
-The command line, tables, the page and Python all ask it; nothing else decides which model or clip
-makes an action.
+The command line, tables, the page and Python all use it; nothing else chooses the model or clip of
+an action.
 """
 
 from __future__ import annotations
@@ -41,21 +40,21 @@ from a2v.types import Motion
 AUTO = "auto"
 """All sources (`a2v.motion.catalog.SOURCES`)."""
 DIRECTED = "cmu-fine"
-"""The one of them that can be directed."""
+"""The source that can be directed."""
 
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """Steps, and what makes them.
+    """Steps and their sources.
 
     Attributes
     ----------
     steps : tuple of Step
-        Without a source where `model` makes all of them.
+        Without a source if `model` makes all of them.
     matches : tuple of Match
-        What each part of the words was taken for.
+        The match of each part of the words.
     model : MotionModel or None
-        None where clips or several sources make the steps.
+        None if clips or several sources make the steps.
     """
 
     steps: tuple[Step, ...]
@@ -64,7 +63,7 @@ class MotionPlan:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """What makes the steps, each once: names of `SOURCES`, or the model's file."""
+        """The sources of the steps, each once: names of `SOURCES`, or the model's file."""
         return (
             (self.model.path.stem,)
             if self.model is not None
@@ -78,7 +77,7 @@ class MotionPlan:
 
     @property
     def digest(self) -> str:
-        """Of the content of every file that the steps are made with."""
+        """Digest of the contents of every file that the steps use."""
         if self.model is not None:
             return self.model.digest
         files = [
@@ -104,11 +103,11 @@ class MotionPlan:
 
     @property
     def longest(self) -> float:
-        """Seconds over which a model's own clips do not go; infinite for others."""
+        """Longest clip of a model, seconds; infinite for other sources."""
         return float("inf") if self.model is None else self.model.card.frames / self.model.fps
 
     def lines(self) -> list[str]:
-        """What was understood, a line a step."""
+        """The matches as text, one line per step."""
         told = explain(self.matches)
         names = [
             self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source)
@@ -135,7 +134,7 @@ class MotionPlan:
     def make(
         self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None
     ) -> Motion:
-        """The motion; see `make_steps`."""
+        """Make the motion; see `make_steps`."""
         return make_steps(self.model, self.steps, take, edit=edit, direction=direction)
 
 
@@ -186,7 +185,7 @@ def plan_motion(
         "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load`
         takes it.
     license : "any" or "free"
-        "free" leaves out what is for research only.
+        "free" leaves out sources for research only.
     timeline : path or None
         A YAML file instead of `action` (`read_timeline`).
     directed : bool
@@ -195,8 +194,8 @@ def plan_motion(
     Raises
     ------
     InputError
-        Neither or both of action and timeline are given, a part means no action
-        (`UnknownActionError`, which has the nearest), or there is no such model.
+        Neither or both of action and timeline are given, a part matches no action
+        (`UnknownActionError`, with the nearest ones), or the model is unknown.
     """
     if timeline is not None and action:
         raise InputError("both action and timeline are given; give one of them")

@@ -1,10 +1,9 @@
 """Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
 All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are
-not normalized again: C x = b. On its way the flow heads for a code; what that code misses of the
-constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the flow
-settles the rest around it. What normalization moves is measured in the result and given back to the
-goal.
+not normalized again: C x = b. On its way the flow heads for a code; the gain of a Kalman filter
+corrects the code by its miss of the constraints (`a2v.lab.motion.flow`), and the flow adapts the
+rest. The change by normalization is measured in the result and added to the goal.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ class SoftConstraint:
 
 @dataclass(frozen=True)
 class Steering:
-    """Constraints as a window graph takes them: ``code + (goal - code @ measure.T) @ gain``.
+    """Constraints in the form of a window graph: ``code + (goal - code @ measure.T) @ gain``.
 
     Attributes
     ----------
@@ -139,15 +138,14 @@ class Steering:
 
 
 def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None = None) -> Steering:
-    """The steering that joins `constraints`; codes are taken for standard normal, as the flow's
-    are.
+    """Join `constraints` to one steering; codes are assumed to be standard normal, like the flow's.
 
     Parameters
     ----------
     constraints : sequence of SoftConstraint
         One at least.
     correction : (K,) or None
-        Added to the target: what an earlier result missed.
+        Added to the target: the miss of an earlier result.
     """
     rows = np.concatenate([constraint.rows for constraint in constraints])
     sigma = np.concatenate([constraint.sigma for constraint in constraints])

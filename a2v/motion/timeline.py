@@ -36,11 +36,11 @@ class Take:
     Attributes
     ----------
     frames : int
-        Of the result, shared alike by the steps that name no length.
+        Number of frames of the result, shared equally by steps without a given length.
     fps : float
         Frames a second of the result.
     seed, count : int
-        Clips that are made, and the seed of all of them.
+        Seed of all clips, and their number.
     lengths : (J,) float or None
         Bone lengths, native units; the model's own without.
     """
@@ -59,7 +59,7 @@ class Moments:
     Attributes
     ----------
     at : (T,) float
-        In frames of what is made for it.
+        In generated frames.
     fps : float
         Of the result.
     """
@@ -154,9 +154,7 @@ def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
         step.frames or (round(step.seconds * fps) if step.seconds else share) for step in steps
     ]
     if not any(step.frames or step.seconds for step in steps):
-        counts[-1] = max(
-            1, frames - share * (len(steps) - 1)
-        )  # as a transition without lengths has it
+        counts[-1] = max(1, frames - share * (len(steps) - 1))  # like a transition without lengths
     counts = [max(1, count) for count in counts]
     if sum(counts) > MAX_FRAMES:
         raise InputError(f"the steps take {sum(counts)} frames; expected at most {MAX_FRAMES}")
@@ -183,10 +181,10 @@ def perform(
     speed : float
         Tempo of the whole, beside that of its steps.
     skip_rest : bool
-        Actions begin where people get going, see `MotionModel.generate`.
+        Actions begin at the first movement, see `MotionModel.generate`.
     steerer : callable or None
-        What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is
-        led to.
+        What guides the one clip, given its `Moments` (`a2v.motion.direct`); the clip keeps its
+        steered place.
 
     Raises
     ------
@@ -243,8 +241,8 @@ def stack_clips(clips: Sequence[Motion]) -> Motion:
 
 
 def _noise_of(steps: Sequence[Step], starts: FloatArray, seed: int) -> Noise:
-    """Noise of steps that begin with the frames `starts` (S,): of their own seeds where they have
-    them, else of `seed`."""
+    """Noise of steps that begin with the frames `starts` (S,), from their own seeds if given, else
+    from `seed`."""
     common = np.random.default_rng(seed)
     own = [common if step.seed is None else np.random.default_rng(step.seed) for step in steps]
 
@@ -278,8 +276,8 @@ def _moments(
     made_for_one: float,
     travels: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """When the frames of a result (T,) take place, in frames of what is made for it, when its steps
-    begin (S,), and how much longer steps are (T,).
+    """Times of the result's frames (T,) in generated frames, beginnings of its steps (S,), and
+    factors on the length of strides (T,).
 
     `lasting`: frames of each step; `ease`: frames over which the tempo changes; `speed`: the tempo
     of all; `made_for_one`: frames made for one of a step as recorded. What goes faster takes longer

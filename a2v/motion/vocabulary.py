@@ -25,24 +25,24 @@ from a2v.motion.names import plain_name
 
 ALIASES = Path(__file__).with_name("aliases.csv")
 
-#: Words that tell kinds of motion apart: an action of another kind than the prompt names is less
+#: Words that distinguish kinds of motion: an action of another kind than the prompt names is less
 #: likely.
 KINDS = frozenset({"walk", "run", "jump", "danc", "climb", "step"})
-#: Tempo, where the chosen action has none of its own.
+#: Tempo, if the chosen action has none of its own.
 TEMPO = {"slow": 0.7, "fast": 1.35}
 
 LEAST_SCORE = 0.55
-"""Below it a prompt is refused: calibrated on the development half of ``tests/motion/words.csv``
-(docs/results/words.md)."""
+"""Score below which a prompt is refused: calibrated on the development half of
+``tests/motion/words.csv`` (docs/results/words.md)."""
 UNEXPLAINED_NAME = 0.6
-"""How much a word of the action's name that the prompt lacks counts against it."""
+"""Cost of a word of the action's name that the prompt lacks."""
 ANOTHER_NAME = 0.1
 """The same if the prompt has none of them and uses other words."""
 OTHER_KIND = 0.55
 KIND_SHARE = 0.5
-"""How much of a word an action's family explains."""
+"""Share of a word that an action's family explains."""
 HINT_SHARE = 0.8
-"""How much of a word another name of an action explains."""
+"""Share of a word that another name of an action explains."""
 PLACED_WORD = 0.4
 """Share of its weight that a word of place has ("stand up from the
 floor"), for actions that do not have it."""
@@ -60,7 +60,7 @@ DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
 """Least weight of a word of a name that is no tempo and no particle."""
 OFFERED = 5
-"""How many actions a refusal names."""
+"""Number of actions that a refusal names."""
 
 
 class UnknownActionError(InputError):
@@ -71,7 +71,7 @@ class UnknownActionError(InputError):
     text : str
         The words.
     nearest : tuple of str
-        The actions that come nearest, best first.
+        The nearest actions, best first.
     """
 
     def __init__(self, text: str, nearest: Sequence[str]) -> None:
@@ -112,14 +112,14 @@ class Vocabulary:
     Attributes
     ----------
     actions : tuple of str
-        Of equals, the first is taken.
+        Of equally good ones, the first is taken.
     descriptions : mapping of str to texts
-        What is known of an action besides its name: it decides where words do not.
+        Descriptions of an action besides its name; they decide between equal scores.
     kinds : mapping of str to str
         Family of an action, such as "Walk".
     traits : mapping of str to texts
-        Direction, style and the like: they speak for an action, and nothing is missed where a
-        prompt does not say them.
+        Direction, style and the like: they raise an action's score, but cost nothing if a prompt
+        lacks them.
     aliases : mapping of str to texts
         Other names.
     """
@@ -170,7 +170,7 @@ class Vocabulary:
 
     @cached_property
     def _called(self) -> list[tuple[frozenset[str], ...]]:
-        """What each action is called: its name, and its other names."""
+        """All names of each action: its name, and its other names."""
         return [
             (name, *(frozenset(canonical_words(alias)) for alias in self.aliases.get(action, ())))
             for action, name in zip(self.actions, self._names, strict=True)
@@ -228,7 +228,7 @@ class Vocabulary:
             ):
                 words[word.stem] = word
         against = sum(word.against for word in read if word.stem not in self.weights)
-        # "warm up before a run" is no run
+        # "warm up before a run" is not a run
         said = {stem for stem, word in words.items() if not word.placed} or set(words)
         kinds, own, banned = KINDS & said, trigrams(text), frozenset(without)
         led = {stem for stem, word in words.items() if word.leading} & self._animals
@@ -287,7 +287,7 @@ class Vocabulary:
         Raises
         ------
         UnknownActionError
-            Nothing comes near; the message names the five nearest.
+            No action is near enough; the message names the five nearest.
         """
         plain = {plain_name(action): action for action in reversed(self.actions)}
         ranked = self.rank(text, without)

@@ -1,5 +1,5 @@
-"""Ways over the ground: paths from points and drawings, and where a person who walks along one is
-at each moment."""
+"""Paths on the ground from points and drawings, and the position of a person along one over
+time."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ MAX_POINTS = 10_000
 MAX_BYTES = MAX_POINTS * 100
 
 MIN_METRES = 0.1
-"""Shortest path: a shorter one is a place."""
+"""Shortest path, meters: a shorter one is a place."""
 MAX_METRES = 2000.0
-"""Longest path: a longer one takes more frames than a motion may have; the numbers stay near the
-origin, too."""
+"""Longest path, meters: a longer one needs more frames than a motion may have. The limit also keeps
+coordinates small."""
 
 SVG_METRES = 0.01
-"""Meters of a unit of a drawing."""
+"""Meters per unit of a drawing."""
 
 ROUNDING = 0.12
-"""Standard deviation, meters along the path, of what rounds its corners: a right angle is cut by 7
-cm."""
+"""Standard deviation, meters along the path, of the smoothing of its corners: a right angle is cut
+by 7 cm."""
 
 SIDEWAYS = 1.8
-"""Acceleration that people turn with, m/s²: they slow down for a corner."""
+"""Acceleration in turns, m/s²: the person slows down for a corner."""
 ALONG = 2.0
-"""Acceleration that people get faster and slower with, m/s²."""
+"""Acceleration of speeding up and braking, m/s²."""
 SLOWEST = 0.4
 
 AHEAD = 0.3
@@ -114,7 +114,7 @@ class Way:
     points : (T, 2) float
         x and z, meters, frame by frame.
     heading : (T,) float
-        Where the way leads, radians about +y from +z, without jumps of a full turn.
+        Direction of the way, radians about +y from +z, without jumps of a full turn.
     """
 
     points: FloatArray
@@ -136,7 +136,7 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
     turned = np.unwrap(np.arctan2(*np.gradient(points, axis=0).T))
     curved = np.abs(np.gradient(turned, step))
     speed = np.clip(np.sqrt(SIDEWAYS / np.maximum(curved, 1e-6)), SLOWEST * pace, pace)
-    for order in (slice(None), slice(None, None, -1)):  # brake in time, and get faster again
+    for order in (slice(None), slice(None, None, -1)):  # brake in time, and speed up again
         squares = speed[order] ** 2
         for at in range(1, len(squares)):
             squares[at] = min(squares[at], squares[at - 1] + 2 * ALONG * step)
@@ -152,7 +152,7 @@ def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
 
 
 def read_path(text: str) -> GroundPath:
-    """A path out of points "x,z x,z ...", meters, or out of a file.
+    """Read a path from points "x,z x,z ...", meters, or from a file.
 
     ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``:
     the first line, polygon, circle or path that is drawn, seen from above, a unit being a
@@ -161,7 +161,7 @@ def read_path(text: str) -> GroundPath:
     Raises
     ------
     InputError
-        None of these, unreadable, or no path.
+        The text is none of these, the file is unreadable, or it has no path.
     """
     readers = {".csv": _read_csv, ".yaml": _read_yaml, ".yml": _read_yaml, ".svg": _read_svg}
     if reader := readers.get(File(text).suffix.lower()):

@@ -43,7 +43,7 @@ are mostly recordings that broke off (a walk of HumanAct12 jumps at 36 m/s, and 
 if that length is requested). `export/sample.py` and the page do the same."""
 
 LOGISTIC = 1.702
-"""The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth:
+"""The logistic function of a normal number times this is uniform over [0, 1], to within 0.01:
 `export/sample.py` and the page can compute it too."""
 
 
@@ -55,12 +55,12 @@ class WindowSampler:
     card: WindowCard
 
     def active_shares(self, label: int) -> FloatArray:
-        """How much of a window (n,) the data's clips of an action move.
+        """Moving shares (n,) of a window of the data's clips of an action.
 
         Raises
         ------
         InputError
-            The data has none.
+            The data has no clip of the action.
         """
         shares = self.card.active[label]
         if not len(shares):
@@ -291,7 +291,7 @@ class _Window:
         Action, share of the window in motion, and the number of frames that this is.
     noise : (n, Z) float32, lengths : (n, J) float32
     skip_rest : bool
-        Leave out the time that people stand still at first, if nothing comes before.
+        Leave out the rest at the beginning, if no frames come before.
     context : (n, P, J, 3) or None
         Frames that the window continues.
     before : two arrays (n, S, J, 3), (n, F, J, 3), or None
@@ -314,7 +314,7 @@ class _Window:
 
     @property
     def known(self) -> int:
-        """Number of its first frames that repeat the context."""
+        """Number of first frames that repeat the context."""
         return 0 if self.context is None else self.sampler.card.context_frames
 
     def make(self, steering: Steering | None = None) -> tuple[FloatArray, FloatArray, IntArray]:

@@ -1,5 +1,5 @@
-"""BVH files: read any person's skeleton to a `Motion`, write a `Motion` so that every joint
-position survives."""
+"""BVH files: read any person's skeleton to a `Motion`, write a `Motion` with exact joint
+positions."""
 
 from a2v.formats.bvh.conventions import UNITS
 from a2v.formats.bvh.reading import read_bvh

@@ -1,5 +1,4 @@
-"""What a BVH file leaves open: whether its skeleton is a person's, its unit of length and its
-upward axis."""
+"""Find what BVH leaves open: whether the skeleton is a person's, its unit and its upward axis."""
 
 from __future__ import annotations
 
@@ -33,7 +32,7 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     ----------
     file : BvhFile
     canonical : dict of str to int
-        What `canonical_joints` found among `names`.
+        Result of `canonical_joints` for `names`.
     names : sequence of str
         Joints that stand apart from their parent.
 
@@ -45,7 +44,7 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
     missing = missing_joints(canonical)
     if not missing:
         return
-    # a missing limb joint may be there under a known name, merged because its bone has no length
+    # a missing limb joint may be present by a known name, but merged as its bone has no length
     every = canonical_joints(
         [node.name for node in file.nodes], [node.parent for node in file.nodes]
     )
@@ -68,7 +67,7 @@ def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]
 def demand_limbs(
     file: BvhFile, local: FloatArray, keep: Sequence[int], canonical: dict[str, int]
 ) -> None:
-    """Refuse arms and legs without a length, and bones out of all proportion.
+    """Refuse arms and legs without a length, and bones of impossible proportions.
 
     Parameters
     ----------
@@ -78,7 +77,7 @@ def demand_limbs(
     keep : sequence of int
         Joints that stand apart from their parent.
     canonical : dict of str to int
-        Places in `keep` (`canonical_joints`).
+        Indices into `keep` (`canonical_joints`).
 
     Raises
     ------
@@ -115,21 +114,21 @@ def choose_scale(
     units: str | float | None,
     person: bool,
 ) -> tuple[float, str]:
-    """Meters a unit of the file, and the unit's name.
+    """Choose the meters per unit of the file, and the name of the unit.
 
     Parameters
     ----------
     source : str
-        What messages call the file.
+        Name of the file in messages.
     offsets : (J, 3) float
         Bones at rest, the file's units.
     parents : sequence of J int
     canonical : dict of str to int
         `canonical_joints`.
     units : name in `UNITS`, meters per unit, or None
-        None: the unit that makes the person as tall as people are.
+        None: the unit that gives the person a plausible height.
     person : bool
-        Whether the skeleton is known to be a person's: its height must then be one.
+        Whether the skeleton is known to be a person's; its height must then be plausible.
 
     Raises
     ------
@@ -190,8 +189,8 @@ def _height(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, in
 def guess_up_axis(
     offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], joints: FloatArray
 ) -> str:
-    """The axis that points up, "x" to "-z": the one of the rest pose, unless the file's motion
-    stands along another one.
+    """Guess the upward axis, "x" to "-z": that of the rest pose, unless the person stands along
+    another axis in the motion.
 
     Parameters
     ----------
@@ -215,7 +214,7 @@ def guess_up_axis(
     size = float(np.linalg.norm(standing)) or 1.0
     in_rest, in_motion = int(np.argmax(np.abs(standing))), int(np.argmax(np.abs(moving)))
     upright = abs(moving[in_motion]) > 0.75 * size
-    # someone who lies down also points along another axis, but then the pelvis is not a leg's
+    # a person who lies down also points along another axis, but then the pelvis is not a leg's
     # length above zero along it
     legs = float(np.linalg.norm(rest[feet].mean(0)))
     high = float(np.median(joints[:, 0, in_motion])) * np.sign(moving[in_motion])
@@ -224,7 +223,7 @@ def guess_up_axis(
     elif abs(standing[in_rest]) > 0.5 * size:
         axis, sign = in_rest, np.sign(standing[in_rest])
         if in_rest == in_motion and upright:
-            sign = np.sign(moving[in_motion])  # a root that turns the whole rest pose over
+            sign = np.sign(moving[in_motion])  # the root turns the whole rest pose
     else:
         axis, sign = (in_motion, np.sign(moving[in_motion])) if upright else (1, 1.0)
     return ("" if sign > 0 else "-") + "xyz"[axis]
@@ -237,7 +236,7 @@ def y_up_rotmat(axis: str) -> FloatArray:
     Raises
     ------
     InputError
-        `axis` is none of x, y, z, -x, -y, -z.
+        `axis` is not one of x, y, z, -x, -y, -z.
     """
     table: dict[str, list[list[int]]] = {
         "y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],

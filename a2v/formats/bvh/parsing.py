@@ -1,5 +1,4 @@
-"""The text of a BVH file as a tree of joints and a table of numbers, every fault named with its
-line."""
+"""Parse a BVH file to a tree of joints and a table of numbers; every error names its line."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ _Fail = Callable[[int, str], InputError]
 
 @dataclass
 class Node:
-    """A joint as the file has it.
+    """A joint of the file.
 
     Attributes
     ----------
@@ -61,12 +60,12 @@ class BvhFile:
     Attributes
     ----------
     source : str
-        What messages call it.
+        Name of the file in messages.
     nodes : list of Node
     frame_time : float
         Seconds.
     values : (T, C) float64
-        Degrees and the file's units, a column a channel.
+        Degrees and the file's units, one column per channel.
     dropped : bool
         Whether a first frame in the rest pose was left out.
     """
@@ -79,7 +78,7 @@ class BvhFile:
 
 
 def parse_bvh(text: str, source: str) -> BvhFile:
-    """Parse a file's text; `source` is what messages call it.
+    """Parse a file's text; `source` is its name in messages.
 
     Raises
     ------
@@ -103,16 +102,17 @@ def parse_bvh(text: str, source: str) -> BvhFile:
 
 @dataclass
 class _Hierarchy:
-    """What the lines between HIERARCHY and MOTION have said so far."""
+    """The part of the hierarchy that has been read so far, from the lines between HIERARCHY and
+    MOTION."""
 
     fail: _Fail
     nodes: list[Node] = field(default_factory=list)
     columns: int = 0
     _open: list[int] = field(default_factory=list)
-    _pending: int | None = None  # the joint whose "{" is still to come
+    _pending: int | None = None  # the joint whose "{" has not been read yet
 
     def read(self, lines: Sequence[str]) -> int:
-        """Read up to the line MOTION; the number of that line, from 1."""
+        """Read up to the line MOTION; return its number, from 1."""
         keywords = {
             "{": self._enter,
             "}": self._leave,
@@ -232,15 +232,15 @@ class _Hierarchy:
 
 
 def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[FloatArray, bool]:
-    """The table without its first frame where that is the rest pose, and whether it was: CMU's
-    conversions start with a T-pose."""
+    """Drop the first frame if it is the rest pose; return the table and whether it was dropped.
+    CMU's conversions start with a T-pose."""
     columns = [
         node.first + place
         for node in nodes
         for place, name in enumerate(node.channels or ())
         if name in ROTATION_AXES
     ]
-    if len(values) > 2 and columns:  # nearly all zeros, and a leap to the next frame
+    if len(values) > 2 and columns:  # nearly all zeros, and a jump to the next frame
         steps = np.abs((np.diff(values[:3, columns], axis=0) + 180) % 360 - 180).max(axis=1)
         if (values[0, columns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
             return values[1:], True
@@ -250,7 +250,7 @@ def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[Floa
 def _parse_motion(
     lines: list[str], row: int, count: int, joints: int, fail: _Fail
 ) -> tuple[float, FloatArray]:
-    """Seconds a frame and the table (T, count) for a number of `joints` that follow the line
+    """Parse the seconds per frame and the table (T, count) of `joints` joints after the line
     MOTION, which is line `row`."""
     head: dict[str, float] = {}
     while row < len(lines) and len(head) < 2:

@@ -1,4 +1,4 @@
-"""Reading BVH: the file's transforms in the world, its axes and unit turned into ours."""
+"""Read BVH: convert the file's transforms to the world, with our axes and unit."""
 
 from __future__ import annotations
 
@@ -42,10 +42,9 @@ def read_bvh(
 ) -> Motion:
     """Read a BVH file.
 
-    Any order of channels and rotations, position channels on any joint (they replace its OFFSET, as
-    Blender and MotionBuilder do) and End Sites (they become joints ``<parent>_end``) are
-    understood. Joints on top of their parent (zero offset, such as CMU's ``LHipJoint``) are merged
-    into it.
+    Channels and rotations may have any order. Position channels on any joint replace its OFFSET, as
+    in Blender and MotionBuilder. End Sites become joints ``<parent>_end``. Joints at the place of
+    their parent (zero offset, such as CMU's ``LHipJoint``) are merged into it.
 
     Parameters
     ----------
@@ -53,17 +52,17 @@ def read_bvh(
     fps : float or None
         Resample to this rate (`resample_motion`); None keeps the file's.
     units : name in `UNITS`, meters per unit, or None
-        None guesses from the person's height; what was chosen is in ``motion.provenance["units"]``
-        and ``["scale"]``.
+        None guesses from the person's height; ``motion.provenance["units"]`` and ``["scale"]``
+        contain the choice.
     up : {"x", "y", "z", "-x", "-y", "-z"} or None
         The file's upward axis; None guesses (see ``provenance["up"]``).
     person : bool
-        Demand the joints of a person under a known naming scheme (`canonical_joints`); False takes
+        Require the joints of a person in a known naming scheme (`canonical_joints`); False accepts
         any skeleton.
     action : str
         Stored in the motion.
     name : str
-        What messages call text or bytes.
+        Name of text or bytes in messages.
 
     Returns
     -------
@@ -115,7 +114,7 @@ class _Tree:
     offsets: FloatArray
 
     def ordered(self, order: Sequence[int], parents: list[int]) -> _Tree:
-        """The same joints in another order, with their parents there."""
+        """Return the joints in another order, with their parents in that order."""
         names = [self.names[i] for i in order]
         return _Tree(
             keep=[self.keep[i] for i in order],
@@ -141,8 +140,8 @@ class _Posed:
 def _motion(
     tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]
 ) -> Motion:
-    """The motion of a tree with `offsets` in meters and y up, its joints in the order of the data
-    set's skeleton where it is one."""
+    """Make the motion of a tree with `offsets` in meters and y up; the joints of a data set's
+    skeleton are in its order."""
     known = _known_skeleton(tree.names, tree.parents)
     if known is not None:  # BVH lists joints depth first
         tree = tree.ordered(
@@ -181,7 +180,7 @@ def _read_text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, st
 
 
 def _decode(data: bytes) -> str:
-    """The text of a file: UTF-8, with or without a byte-order mark, else Latin-1, which takes every
+    """Decode a file: UTF-8, with or without a byte-order mark, else Latin-1, which accepts every
     byte."""
     try:
         return data.decode("utf-8-sig")
@@ -223,11 +222,10 @@ def _local_transforms(file: BvhFile) -> tuple[FloatArray, FloatArray]:
 
 
 def _merge(file: BvhFile, local: FloatArray) -> _Tree:
-    """The file's joints without those on top of their parent; `local` (T, N, 3) are positions in
-    the parents."""
+    """Merge joints at the place of their parent; `local` (T, N, 3) are positions in the parents."""
     length = np.abs(local).max(axis=(0, 2))
     tolerance = 1e-6 * max(float(length[1:].max()) if len(length) > 1 else 0.0, 1e-12)
-    keep, merged = [0], {0: 0}  # and for each joint the kept one that stands at its place
+    keep, merged = [0], {0: 0}  # and for each joint the kept joint at its place
     for j, node in enumerate(file.nodes[1:], start=1):
         if length[j] > tolerance:
             keep.append(j)
@@ -266,7 +264,7 @@ def _unique(names: list[str]) -> list[str]:
 
 
 def _known_skeleton(names: list[str], parents: list[int]) -> Skeleton | None:
-    """The data set's skeleton with these joints and bones, in whatever order."""
+    """Find the data set's skeleton with these joints and bones, in any order."""
     tree = {
         name: names[parent] if parent >= 0 else ""
         for name, parent in zip(names, parents, strict=True)
@@ -281,6 +279,6 @@ def _known_skeleton(names: list[str], parents: list[int]) -> Skeleton | None:
 
 
 def _fps(frame_time: float) -> float:
-    """Frames per second; the usual rates are written with few digits (.0083333 is 120)."""
+    """Frames per second; files give the usual rates with few digits (.0083333 is 120)."""
     fps = 1.0 / frame_time
     return float(round(fps)) if round(fps) and abs(fps / round(fps) - 1) < 2e-4 else fps

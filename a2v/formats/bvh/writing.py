@@ -1,4 +1,4 @@
-"""Writing BVH: helper joints where the format's rotations cannot follow the bones'."""
+"""Write BVH, with helper joints where the format's rotations cannot follow the bones."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from a2v.kinematics.orientations import bone_rotmats
 from a2v.types import Body, FloatArray, Motion
 
 _SAME = 2e-5
-"""Radians: bones that agree so well share one joint."""
+"""Largest difference in radians of the rotations of bones that share one joint."""
 _STEADY = 2e-5
-"""Meters: a bone that leaves its place by no more has no position channels."""
+"""Largest displacement in meters of a bone without position channels."""
 
 
 def write_bvh(
@@ -31,8 +31,7 @@ def write_bvh(
     BVH rotates all bones below a joint together, while the chain convention gives every bone its
     own rotation: where the children of a joint move against each other, each gets a helper joint of
     zero offset (``<child>_turn``), which `read_bvh` merges away again. Joints whose bone changes
-    length get position channels. So every joint position survives to 1e-4 m, and so do the twists
-    about bones.
+    length get position channels. Joint positions are preserved to 1e-4 m, twists about bones too.
 
     Parameters
     ----------
@@ -63,11 +62,11 @@ def write_rig_bvh(
     *,
     units: str | float = "centimeters",
 ) -> None:
-    """Write the motion of a rig's bones as BVH: one joint a bone, in their order, at rest as
-    `Body.rest_transforms` has them.
+    """Write the motion of a rig's bones as BVH: one joint per bone, in their order, with the rest
+    pose of `Body.rest_transforms`.
 
-    Rotations are from the rest pose, in axes that are the world's there (BVH has no axes of bones);
-    bones that leave their place in their parent have position channels beside the topmost.
+    Rotations are relative to the rest pose, in the world's axes (BVH has no axes of bones). The
+    topmost bone and bones that move in their parent have position channels.
 
     Parameters
     ----------
@@ -250,8 +249,8 @@ def _from_rest(
     else:  # the first frame is the rest pose
         directions = vectors[0] / np.maximum(lengths[0][:, None], 1e-12)
         rotmats = rotmats @ np.swapaxes(rotmats[:1], -1, -2)
-    # exactly from the rest direction to the bone's, but only where it matters: correcting rounding
-    # would set siblings against each other
+    # exactly from the rest direction to the bone, but only for real differences: correcting
+    # rounding would give siblings different rotations
     unit = vectors / np.maximum(lengths[..., None], 1e-12)
     rotated = np.einsum("tjab,jb->tja", rotmats, directions)[:, 1:]
     off = (
@@ -283,7 +282,7 @@ def _euler_zxy(rotmats: FloatArray) -> FloatArray:
     angles = np.stack([z, x, y], -1)
     for t in range(
         1, len(angles)
-    ):  # of the two equal triples take the nearer one, then whole revolutions
+    ):  # take the nearer one of the two equal triples, then whole revolutions
         near = angles[t] + 2 * np.pi * np.round((angles[t - 1] - angles[t]) / (2 * np.pi))
         other = np.array([angles[t, 0] + np.pi, np.pi - angles[t, 1], angles[t, 2] + np.pi])
         other += 2 * np.pi * np.round((angles[t - 1] - other) / (2 * np.pi))
@@ -297,7 +296,7 @@ def _euler_zxy(rotmats: FloatArray) -> FloatArray:
 
 
 def _name(text: str) -> str:
-    """A joint's name as the format can hold it: one line, no braces, not empty."""
+    """Make a joint's name valid for the format: one line, no braces, not empty."""
     return (
         " ".join(re.sub(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", "_", text).split())
         or "joint"

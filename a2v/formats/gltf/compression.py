@@ -1,5 +1,7 @@
-"""Smaller GLB files by glTF Transform (npm's ``@gltf-transform/cli``, MIT): meshopt or Draco. Node
-runs it; nothing is downloaded here."""
+"""Compress GLB files by glTF Transform (npm's ``@gltf-transform/cli``, MIT): meshopt or Draco.
+
+Node runs it; this module downloads nothing.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +17,15 @@ from a2v.npm import NpmPackages, find_node
 
 PACKAGES = NpmPackages("gltf_transform", ("@gltf-transform/cli@4.2.1",))
 KINDS: tuple[str, ...] = ("meshopt", "draco")
-"""meshopt (EXT_meshopt_compression) makes expressions and clips small too, Draco
+"""meshopt (EXT_meshopt_compression) also compresses expressions and clips, Draco
 (KHR_draco_mesh_compression) the shape alone."""
 SECONDS = 300
-"""A run that takes longer is stopped."""
+"""Time limit of a run, seconds."""
 _COMMAND = Path("@gltf-transform", "cli", "bin", "cli.js")
 
 
 def demand_compression() -> tuple[str, Path]:
-    """Node, and glTF Transform's program.
+    """Find Node and the program of glTF Transform.
 
     Raises
     ------

@@ -27,8 +27,8 @@ _COMPONENTS = {
 
 
 def smallest_kind(count: int) -> type[np.uint16] | type[np.uint32]:
-    """The type of indices into `count` vertices; glTF keeps the largest number of a type for
-    itself."""
+    """The smallest type of indices into `count` vertices; glTF reserves the largest number of a
+    type."""
     return np.uint16 if count < 65535 else np.uint32
 
 
@@ -49,7 +49,7 @@ class Document:
         self.blob = bytearray()
 
     def view(self, data: bytes, target: int | None = None) -> int:
-        """Append bytes as a buffer view; its index."""
+        """Append bytes as a buffer view; return its index."""
         self.blob += b"\0" * (-len(self.blob) % 4)
         entry: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data)}
         if target is not None:
@@ -66,7 +66,7 @@ class Document:
         bounds: bool = False,
         normalized: bool = False,
     ) -> int:
-        """Append an array (N, ...) of a component type that glTF knows; the index of its
+        """Append an array (N, ...) of a component type of glTF; return the index of its
         accessor."""
         array = np.ascontiguousarray(array)
         flat = array.reshape(len(array), -1)
@@ -108,7 +108,7 @@ class Document:
         return len(self.json["accessors"]) - 1
 
     def node(self, **values: Any) -> int:
-        """Append a node; its index."""
+        """Append a node; return its index."""
         self.json["nodes"].append(values)
         return len(self.json["nodes"]) - 1
 

@@ -1,5 +1,5 @@
-"""Meshes of a glTF document: vertices split along seams, a primitive for each material, skinning
-weights, expressions."""
+"""Meshes of a glTF document: vertices split along seams, primitives by material, skin,
+expressions."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def split_corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | No
 
 @dataclass(frozen=True, kw_only=True)
 class MeshArrays:
-    """What a mesh of glTF consists of.
+    """The arrays of a glTF mesh.
 
     Attributes
     ----------
     attributes : by glTF's names, (N, ...)
-        Of the vertices.
+        Attributes of the vertices.
     faces : by material, (F, 3) int64
     targets : by expression, by "POSITION" and "NORMAL"
         Ascending vertices (n,) and their offsets (n, 3).
@@ -50,8 +50,8 @@ class MeshArrays:
     targets: Mapping[str, Mapping[str, tuple[IntArray, FloatArray]]]
 
     def of_material(self, kind: str, *, with_still: bool) -> MeshArrays:
-        """The part that is of one material, with the expressions that move it, and those that move
-        nothing if `with_still`."""
+        """Return the part of one material with the expressions that move it; with `with_still` also
+        those that move nothing."""
         used, faces = np.unique(self.faces[kind], return_inverse=True)
         number = np.full(len(self.attributes["POSITION"]), -1)
         number[used] = np.arange(len(used))
@@ -86,7 +86,7 @@ def add_mesh(
     """Make a mesh with its materials, and skinning weights and expressions for a character; or,
     `apart`, a mesh for each material.
 
-    Returns the indices of the meshes; one but for `apart`.
+    Returns the indices of the meshes; one unless `apart`.
     """
     surface = thing.surface if isinstance(thing, Character) else thing
     textures: dict[str, Any] = {}
@@ -109,8 +109,8 @@ def add_mesh(
 
 
 def mesh_arrays(thing: Character | Surface) -> MeshArrays:
-    """Vertices split along the seams of the texture, with what glTF keeps of each, faces by
-    material and expressions."""
+    """Split vertices along the seams of the texture; return their attributes, faces by material and
+    expressions."""
     surface = thing.surface if isinstance(thing, Character) else thing
     source, faces, coordinates = split_corners(surface)
     corners = surface.vertices.astype(np.float64)[surface.faces]
@@ -201,7 +201,7 @@ _ROUGHNESS: Mapping[str, float] = MappingProxyType(
 
 
 def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
-    """A material with those of the textures that there are."""
+    """Make a material with the given textures."""
     rough: dict[str, Any] = {
         "metallicFactor": 0.0,
         "roughnessFactor": _ROUGHNESS[name],
@@ -216,7 +216,8 @@ def _material(name: str, textures: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _by_material(surface: Surface, solid: BoolArray) -> list[tuple[str, IntArray]]:
-    """Names of materials and the `solid` faces (n,) of each; one where the surface tells none."""
+    """Names of materials and the `solid` faces (n,) of each; one material if the surface has
+    none."""
     if surface.materials is None:
         return [("surface", np.flatnonzero(solid))]
     found = [
@@ -227,7 +228,7 @@ def _by_material(surface: Surface, solid: BoolArray) -> list[tuple[str, IntArray
 
 
 def _add_texture(document: Document, name: str, image: ByteArray, quality: int) -> dict[str, int]:
-    """Embed a picture (H, W, 3); what a material says to use it."""
+    """Embed a picture (H, W, 3); return a material's reference to it."""
     data, kind = encode_texture(image, quality)
     document.json.setdefault("images", []).append(
         {"name": name, "mimeType": kind, "bufferView": document.view(data)}

@@ -1,8 +1,7 @@
-"""Characters of others in binary glTF or VRM: their bones as a `Body` that motions are carried over
-to, and files with more animations.
+"""Read people from binary glTF or VRM as a `Body` for retargeting, and add animations to their
+files.
 
-Nothing of the given file changes but that animations are added: its binary chunk is the beginning
-of the new one.
+Animations are the only change to the given file: its binary chunk is the beginning of the new one.
 """
 
 from __future__ import annotations
@@ -29,33 +28,32 @@ from a2v.kinematics.resample import continuous
 from a2v.types import Body, FloatArray
 
 _UNEVEN = 0.02
-"""Bones may be scaled unevenly by so much."""
+"""Largest unevenness of the scale of bones."""
 _HEIGHTS = (0.3, 4.0)
-"""Legs of such lengths are meters; others are taken for `_LEG`."""
+"""Range of leg lengths that are taken as meters; other legs are scaled to `_LEG`."""
 _LEG = 0.85
 """Thigh and shin of an adult, meters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """A character of a file.
+    """A person that was read from a file.
 
     Attributes
     ----------
     file : Gltf
     body : Body
-        Its bones and skin as the file poses them: meters, y up, facing +z, the soles on y = 0.
+        Bones and skin in the pose of the file: meters, y up, facing +z, the soles on y = 0.
     nodes : tuple of int
-        The file's node of each bone.
+        Node in the file of each bone.
     turn : (3, 3) float64
         The body's axes from the file's.
     unit : float
         Meters per unit of the file.
     floor : float
-        Height of the soles in the file, meters, which is its ground.
+        Height of the soles, meters, which is the ground of the file.
     mover : int
-        The bone that carries all of the person: of those that hips and shoulders hang on, the
-        lowest.
+        The bone that moves the whole person: the lowest common ancestor of hips and shoulders.
     """
 
     file: Gltf
@@ -74,8 +72,8 @@ def read_person(path: str | os.PathLike[str]) -> Person:
     ------
     InputError
         The file is broken or too large, has no skin, or its bones have no names that
-        `canonical_joints` knows; bones that are mirrored or scaled unevenly; a person that lies or
-        is upside down.
+        `canonical_joints` knows; bones are mirrored or scaled unevenly; the person lies or is
+        upside down.
     """
     file = read_glb(path)
     if not file.items("skins"):
@@ -122,8 +120,8 @@ def read_person(path: str | os.PathLike[str]) -> Person:
 def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> None:
     """Write the file of a person with further animations, atomically.
 
-    Bones at and below `Person.mover` turn, and it alone is carried; what is above it, and nodes
-    that are no bones, stay as they are. Names that the file has already get a number.
+    Bones at and below `Person.mover` turn, and only `Person.mover` moves. Nodes above it and nodes
+    that are no bones do not change. Names that already exist in the file get a number.
 
     Parameters
     ----------
@@ -135,7 +133,7 @@ def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> 
     Raises
     ------
     InputError
-        A clip does not fit the body; the file's animations or buffers are not as glTF has them.
+        A clip does not fit the body, or the file's animations or buffers are invalid.
     """
     file = person.file
     tree = copy.deepcopy(file.json)
@@ -203,7 +201,7 @@ def _animation(
         outer = above[person.nodes[bone]]
         base = (
             np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]
-        )  # of the node above, which may be no bone
+        )  # of the parent node, which may be no bone
         if bone == person.mover or parent not in below:
             around = np.broadcast_to(base, turned[:, bone].shape)
         else:
@@ -241,7 +239,7 @@ def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
 
 
 def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
-    """Place in `nodes` of the nearest ancestor that is there, -1 for none."""
+    """Index in `nodes` of the nearest ancestor in the list, -1 for none."""
     known = {one: place for place, one in enumerate(nodes)}
     at = above[node]
     while at >= 0 and at not in known:
@@ -250,7 +248,7 @@ def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
 
 
 def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
-    """Names of the bones: those of VRM's humanoid where the file has one, else the nodes' own."""
+    """Names of the bones, from VRM's humanoid if present, else from the nodes."""
     every = file.items("nodes")
     names = [str(every[node].get("name", ""))[:200] for node in nodes]
     human = _humanoid(file)
@@ -260,7 +258,7 @@ def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
 
 
 def _humanoid(file: Gltf) -> dict[int, str]:
-    """VRM's name of each node that has one, of either edition."""
+    """VRM's names of nodes, of either edition."""
     extensions = file.json.get("extensions")
     found: dict[int, str] = {}
     if not isinstance(extensions, dict):
@@ -333,7 +331,7 @@ def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[Fl
 
 
 def _mover(found: Mapping[str, int], parents: list[int]) -> int:
-    """The lowest bone that hips and shoulders hang on."""
+    """The lowest common ancestor of hips and shoulders."""
 
     def path(bone: int) -> list[int]:
         steps = [bone]

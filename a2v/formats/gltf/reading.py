@@ -1,8 +1,7 @@
 """A bounded reader of binary glTF 2.0: the container, its accessors and its images.
 
-Only what skinned people need; the semantics (skins, poses) are the caller's. The JSON is read with
-the standard library rather than with pygltflib, so that every broken file is named by one clear
-`InputError`.
+It covers what skinned people need; the caller interprets skins and poses. The JSON is read with the
+standard library rather than pygltflib, so that every broken file gives one clear `InputError`.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ from a2v.types import ByteArray, FloatArray
 MAX_FILE_BYTES = 128 << 20
 MAX_JSON_BYTES = 16 << 20
 MAX_ITEMS = 50_000
-"""Nodes, joints, accessors... of a file; characters have hundreds."""
+"""Largest number of nodes, joints, accessors... in a file; characters have hundreds."""
 MAX_JOINTS = 2_000
-"""Of a skin, and levels of nodes; characters have some hundred."""
+"""Largest number of joints of a skin, and of levels of nodes; characters have about a hundred."""
 MAX_ELEMENTS = 4_000_000
 MAX_STRIDE = 252
 """Of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
@@ -46,7 +45,7 @@ class Gltf:
     _lists: dict[str, list[dict[str, Any]]] = field(default_factory=dict, repr=False, compare=False)
 
     def fail(self, what: str) -> InputError:
-        """An error that names the file."""
+        """Return an error that names the file."""
         return InputError(
             f"{self.path}: {shorten(what, 400)}; expected a binary glTF 2.0 of a skinned person"
         )
@@ -156,7 +155,7 @@ class Gltf:
             raise self.fail(f"image {index} is no readable JPEG, PNG or WebP ({error})") from error
 
     def node_matrices(self) -> tuple[FloatArray, list[int]]:
-        """World matrices (N, 4, 4) float64 of the nodes as the file poses them, and each node's
+        """World matrices (N, 4, 4) float64 of the nodes in the pose of the file, and each node's
         parent (-1: none)."""
         nodes = self.items("nodes")
         parents = [-1] * len(nodes)
@@ -219,7 +218,7 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
     Raises
     ------
     InputError
-        The file is missing, too large, truncated or no binary glTF 2.0; the message names it.
+        The file is missing, too large, truncated or no binary glTF 2.0; the message names the file.
     """
     source = Path(path)
     data = read_bytes(source, limit=MAX_FILE_BYTES)

@@ -1,4 +1,4 @@
-"""The skinned meshes of a glTF file, posed as the file poses them."""
+"""Read the skinned meshes of a glTF file in its pose."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from a2v.formats.gltf.reading import Gltf
 from a2v.types import FloatArray, IntArray
 
 MAX_WEIGHTS = 32_000_000
-"""Number of vertices times number of bones, at most."""
+"""Largest product of the numbers of vertices and bones."""
 
 
 def read_skin(
     file: Gltf, world: FloatArray, nodes: tuple[int, ...]
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Vertices (n, 3) float64 of all skinned meshes as the file poses them, its units, faces (f, 3)
-    and weights (n, B) float32 of the bones."""
+    """Vertices (n, 3) float64 of all skinned meshes in the pose and the units of the file, faces
+    (f, 3) and weights (n, B) float32 of the bones."""
     place = {node: number for number, node in enumerate(nodes)}
     points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
     count = 0

@@ -1,5 +1,4 @@
-"""Chains of bones that swing: what they are, how a character gets them, and how VRM 1.0 and 0.x
-describe them."""
+"""Chains of bones that swing: add them to a character and write them as VRM 1.0 and 0.x."""
 
 from __future__ import annotations
 
@@ -23,8 +22,8 @@ class Capsule:
     ----------
     bone : int
     tail : (3,) float64
-        The other end, from the bone's head, meters; axes of the world at rest, as all bones of
-        VRM's rig.
+        The other end relative to the bone's head, meters, in the world's axes at rest, like all
+        bones of VRM's rig.
     radius : float
         Meters.
     """
@@ -45,9 +44,9 @@ class Swing:
     gravity : float
         VRM's gravityPower.
     drag : float
-        VRM's dragForce: 0 swings on, 1 does not swing.
+        VRM's dragForce: with 0 the chain keeps swinging, with 1 it does not swing.
     radius : float
-        Of a joint against the capsules, meters.
+        Radius of a joint in collisions with the capsules, meters.
     """
 
     stiffness: float
@@ -63,7 +62,7 @@ class Springs:
     Attributes
     ----------
     name : str
-        Names of the bones begin with it.
+        Prefix of the bones' names.
     chains : tuple of tuple of int
         Bones from the uppermost to the end.
     capsules : tuple of Capsule
@@ -84,7 +83,7 @@ def add_chains(body: Body, name: str, parent: int, places: FloatArray) -> tuple[
     body : Body
     name : str
     parent : int
-        The bone that all chains hang on.
+        Parent bone of all chains.
     places : (C, J + 1, 3) float64
         Joints of each chain from the uppermost to the end, meters.
 
@@ -128,15 +127,15 @@ def apart(along: FloatArray, chain: int, chains: int) -> FloatArray:
 def weights_between(
     chains: tuple[IntArray, IntArray, FloatArray], down: FloatArray, bones: IntArray, top: int
 ) -> tuple[FloatArray, IntArray]:
-    """Weights and bones (n, 4) of vertices that hang on two chains each.
+    """Weights and bones (n, 4) of vertices that follow two chains each.
 
     Parameters
     ----------
     chains : two (n,) int64, (n,) float64
         The chains on both sides of each vertex, and the weight of the second one.
     down : (n,) float64
-        How many joints a vertex lies below the first one; half a joint more than a whole number
-        follows one joint alone.
+        Position of a vertex below the first joint, in joints. A vertex at a whole number plus one
+        half follows one joint alone.
     bones : (C, J + 1) int64
     top : int
         The bone of vertices above the first joint.
@@ -156,8 +155,8 @@ def weights_between(
 
 
 def strongest(weights: FloatArray, bones: IntArray) -> tuple[FloatArray, IntArray]:
-    """The four strongest of weights (n, k) and bones (n, k), summed where a bone stands twice, as
-    float32 and int32 that sum to one."""
+    """The four strongest of weights (n, k) and bones (n, k), summed for repeated bones, as float32
+    with sums of one, and int32."""
     four, whose = weights.copy(), bones
     for later in range(1, four.shape[1]):
         for earlier in range(later):
@@ -254,7 +253,7 @@ def spring_extension(springs: tuple[Springs, ...]) -> dict[str, Any]:
 
 
 def secondary_animation(springs: tuple[Springs, ...]) -> dict[str, Any]:
-    """The same for VRM 0.x, which has spheres alone; Unity's axes, where z is negated."""
+    """The springs of VRM 0.x, which has only spheres, in Unity's axes (z is negated)."""
     groups: list[dict[str, Any]] = []
     chains: list[dict[str, Any]] = []
     for one in springs:

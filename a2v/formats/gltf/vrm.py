@@ -1,4 +1,4 @@
-"""Avatars as VRM 1.0 or 0.x and their clips as VRM animations, on top of binary glTF
+"""Write avatars as VRM 1.0 or 0.x and clips as VRM animations, both based on binary glTF
 (https://github.com/vrm-c/vrm-specification)."""
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ VRM_BONES: frozenset[str] = frozenset(
         *(side + name for side in ("left", "right") for name in _SIDED),
     )
 )
-"""Bones of a person by VRM's names."""
+"""VRM's names of a person's bones."""
 
 VRM_REQUIRED: frozenset[str] = frozenset(
     (
@@ -69,7 +69,7 @@ VRM_REQUIRED: frozenset[str] = frozenset(
         ),
     )
 )
-"""The 15 bones that every avatar has."""
+"""The 15 required bones of an avatar."""
 
 
 def _both(*stems: str, strength: float = 1.0) -> dict[str, float]:
@@ -131,18 +131,17 @@ EDITIONS: tuple[str, ...] = ("1.0", "0.x")
 
 @dataclass(frozen=True, kw_only=True)
 class VrmMeta:
-    """What an avatar says about itself. Every permission that is not stated is the format's
-    narrowest.
+    """Meta data of an avatar. Permissions that are not given are the narrowest of the format.
 
     Attributes
     ----------
     name, author : str
     license_url : str
-        Address of the license that the author grants.
+        URL of the license that the author grants.
     version : str
-        Of the avatar.
+        Version of the avatar.
     edition : str
-        Of the format: "1.0", or "0.x" for programs that read nothing newer (VSeeFace).
+        Edition of the format: "1.0", or "0.x" for programs that read nothing newer (VSeeFace).
     """
 
     name: str
@@ -172,9 +171,9 @@ def write_vrm(
     """Write an avatar as VRM: skinned glTF with humanoid bones, meta data, look-at by the eyes'
     bones and first person.
 
-    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its
-    own by their names. A skirt and long hair swing (`with_springs`). Clips go into files of their
-    own, `write_vrma`. An avatar of VRM 0.x faces -z.
+    A character with a face gets VRM's expressions, made of ARKit's (`EXPRESSIONS`), and its own
+    expressions by their names. A skirt and long hair swing (`with_springs`). Clips are written to
+    separate files by `write_vrma`. An avatar of VRM 0.x faces -z.
 
     Parameters
     ----------
@@ -214,7 +213,7 @@ def write_vrm(
 
 
 def with_springs(character: Character) -> tuple[Character, tuple[Springs, ...]]:
-    """A character on VRM's rig with chains of bones for what swings: a skirt, long hair."""
+    """Add chains of bones for a skirt and long hair to a character on VRM's rig."""
     character, skirt = hang_skirt(character)
     character, hair = hang_hair(character)
     return character, tuple(one for one in (skirt, hair) if one is not None)
@@ -258,7 +257,7 @@ def write_vrma(
     name: str = "motion",
     strengths: Mapping[str, FloatArray] | None = None,
 ) -> None:
-    """Write a clip as a VRM animation, which any avatar can play.
+    """Write a clip as a VRM animation for any avatar.
 
     Parameters
     ----------
@@ -267,18 +266,18 @@ def write_vrma(
     body : Body
         On a rig of VRM's bone names in T pose.
     transforms : (T, B, 4, 4) float
-        World from bone, meters. The hips carry all of the travel: the format has no root.
+        World from bone, meters. The hips take all of the travel, since the format has no root.
     fps : float
     name : str
     strengths : by ARKit's names, (T,) each
-        What the face does. Lids become VRM's own blinkLeft and blinkRight, the others custom
+        Strengths of expressions. Lids become VRM's own blinkLeft and blinkRight, the others custom
         expressions of these names.
 
     Raises
     ------
     InputError
-        A required bone is missing, the transforms have the wrong shape or are not finite, or
-        strengths are not one a frame.
+        A required bone is missing, the transforms have the wrong shape or are not finite, or the
+        number of strengths differs from the number of frames.
     """
     bones = _human_bones(body)
     moves, rate = check_clips({name: (transforms, fps)}, len(body.bone_names))[name]
@@ -314,7 +313,7 @@ def _add_strengths(
     frames: int,
     fps: float,
 ) -> dict[str, Any]:
-    """Strengths (frames,) as the format wants them: each a node's path along x."""
+    """Add strengths (frames,) in the form of the format: each is a node's path along x."""
     known: dict[str, dict[str, dict[str, int]]] = {}
     times = document.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
     for expression, values in strengths.items():
@@ -340,7 +339,7 @@ def _add_strengths(
 
 
 def _human_bones(body: Body) -> dict[str, dict[str, int]]:
-    """VRM's bones with their nodes, which stand in the bones' order."""
+    """VRM's bones with their nodes, which are in the order of the bones."""
     found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
     if missing := sorted(VRM_REQUIRED - found.keys()):
         raise InputError(
@@ -351,8 +350,8 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
 
 
 def _expressions(character: Character) -> dict[str, Any]:
-    """VRM's expressions and, as custom ones, ARKit's. Viewers look for eyes only beside them, so
-    without a face they are there, and empty."""
+    """VRM's expressions and, as custom ones, ARKit's. Viewers require them to find the eyes, so
+    without a face they are present but empty."""
     face, node = character.surface.face, len(character.body.bone_names)
     if face is None:
         return {"preset": {}}
@@ -368,7 +367,7 @@ def _expressions(character: Character) -> dict[str, Any]:
         name: {"morphTargetBinds": bound(strengths), "isBinary": False}
         for name, strengths in EXPRESSIONS.items()
     }
-    for name in ("happy", "relaxed"):  # they close the eyes already
+    for name in ("happy", "relaxed"):  # these already close the eyes
         preset[name]["overrideBlink"] = "blend"
     return {
         "preset": preset,
@@ -379,7 +378,8 @@ def _expressions(character: Character) -> dict[str, Any]:
 
 
 def _look_at(body: Body) -> dict[str, Any]:
-    """The eyes turn by up to 10 degrees for a target 90 degrees aside; seen from between them."""
+    """Look-at: the eyes turn by up to 10 degrees for a target 90 degrees aside, from the point
+    between them."""
     place = {
         name: transform[:3, 3].astype(np.float64)
         for name, transform in zip(body.bone_names, body.bone_transforms, strict=True)

@@ -35,7 +35,7 @@ PRESETS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "lookRight": ("LookRight", "lookright"),
     }
 )
-"""Names and presets of 0.x by those of 1.0."""
+"""Names and presets of 0.x by their names in 1.0."""
 
 _MUSCLES: Mapping[str, float | bool] = MappingProxyType(
     {
@@ -63,7 +63,7 @@ _PLAIN: Mapping[str, dict[str, object]] = MappingProxyType(
         )
     }
 )
-"""A material without more than glTF says."""
+"""A material with the properties of glTF alone."""
 
 _THUMBS = {"ThumbMetacarpal": "ThumbProximal", "ThumbProximal": "ThumbIntermediate"}
 """Bones that have other names in 0.x."""
@@ -98,7 +98,7 @@ def turned_around(character: Character) -> Character:
 
 
 def turned_springs(springs: tuple[Springs, ...]) -> tuple[Springs, ...]:
-    """The same of what swings."""
+    """Turn springs around like `turned_around`."""
 
     def turned(capsule: Capsule) -> Capsule:
         return dataclasses.replace(capsule, tail=capsule.tail * [-1, 1, -1])
@@ -109,7 +109,7 @@ def turned_springs(springs: tuple[Springs, ...]) -> tuple[Springs, ...]:
 
 
 def bone_name(name: str) -> str:
-    """A bone's name in 0.x, of that in 1.0."""
+    """Convert a bone's name in 1.0 to its name in 0.x."""
     for newer, older in _THUMBS.items():
         if name.endswith(newer):
             return name.removesuffix(newer) + older
@@ -171,8 +171,7 @@ def extension(
 def _groups(
     character: Character, presets: Mapping[str, Mapping[str, float]]
 ) -> list[dict[str, Any]]:
-    """Presets, then ARKit's expressions by their names with a capital, as face trackers look for
-    them."""
+    """Presets, then ARKit's expressions by capitalized names, as face trackers expect."""
     face = character.surface.face
     if face is None:
         return []
@@ -198,8 +197,8 @@ def _groups(
 
 
 def _first_person(character: Character, bones: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """Seen from between the eyes, which turn by up to 10 degrees for a target 90 degrees aside;
-    offsets in Unity's axes."""
+    """First person from the point between the eyes, which turn by up to 10 degrees for a target 90
+    degrees aside; offsets in Unity's axes."""
     heads = character.body.bone_transforms[:, :3, 3].astype(np.float64)
     offset = np.array([0.0, 0.06, 0.0])
     if {"leftEye", "rightEye"} <= bones.keys():

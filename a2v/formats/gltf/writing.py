@@ -1,4 +1,4 @@
-"""Characters as binary glTF 2.0, skinned or with morph targets."""
+"""Write characters as binary glTF 2.0, skinned or with morph targets."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from a2v.types import Body, Character, FloatArray, IntArray, Surface
 MAX_MORPH_BYTES = 2 << 30
 
 ARMATURES: Mapping[str, str] = MappingProxyType({"talkinghead": "Armature"})
-"""By rig: the node that its programs look for above all bones and meshes. They want a mesh for each
-material, too."""
+"""By rig: the node that its programs expect above all bones and meshes. They also expect one mesh
+per material."""
 
 
 def write_glb(
@@ -44,8 +44,8 @@ def write_glb(
     """Write a textured (or vertex-colored), skinned and animated glTF 2.0 binary; expressions are
     morph targets.
 
-    The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the
-    bones that move, the root's path, one sampler of keys a frame, linear interpolation.
+    The mesh is in the bind pose (the photo's). Every clip is one animation with rotations of the
+    moving bones and the root's path, one key per frame, linear interpolation.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def write_glb(
     jpeg_quality : int
         Quality of the embedded texture, 1 to 100; 0 embeds PNG.
     expressions : Strengths or None
-        What the face does in the clips.
+        Strengths of the face's expressions in the clips.
     props : Props or None
-        Solids that stand in the scene: a mesh and a node of its name for each.
+        Solids in the scene: each has a mesh and a node with its name.
 
     Raises
     ------
@@ -120,10 +120,10 @@ def _animate_face(
 def skinned_document(
     character: Character, clips: Clips | None, *, name: str, jpeg_quality: int
 ) -> Document:
-    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next ones are the
+    """Make the document for `write_glb`: nodes 0 to B - 1 are the bones in their order, then the
     skinned meshes.
 
-    That is one mesh, but for rigs of `ARMATURES`.
+    There is one mesh, except for rigs of `ARMATURES`.
     """
     body = character.body
     checked = check_clips(clips, len(body.bone_names))
@@ -190,7 +190,7 @@ def write_morph_glb(
     clip: str = "action",
     jpeg_quality: int = 92,
 ) -> None:
-    """Write the exact deformation as a glTF 2.0 binary with one morph target a frame (no bones).
+    """Write the exact deformation as a glTF 2.0 binary with one morph target per frame (no bones).
 
     Parameters
     ----------

@@ -111,7 +111,9 @@ def check_libraries() -> Check:
             about=f"the system lacks {', '.join(lost)}",
             advice=f"apt-get install --no-install-recommends {packages} (Debian's names)",
         )
-    return Check(name="libraries", status="works", about="those that wheels do not bring")
+    return Check(
+        name="libraries", status="works", about="system libraries that the wheels do not include"
+    )
 
 
 def check_weights() -> Check:
@@ -200,7 +202,7 @@ def check_denoiser() -> Check:
         Layers(color=noisy, albedo=flat, normal=flat, alpha=np.ones((32, 32), np.float32))
     )
     if not clean.std() < noisy.std():
-        raise A2VError("Open Image Denoise left the noise as it was")
+        raise A2VError("Open Image Denoise did not reduce the noise")
     return Check(name="denoiser", status="works", about="Open Image Denoise")
 
 
@@ -305,7 +307,7 @@ def check_extras() -> Iterator[Check]:
         about=about,
         advice="" if there else compression.PACKAGES.install_command,
     )
-    about, there = "a2v motion --page: motions made in the browser", page.PACKAGES.installed
+    about, there = "a2v motion --page: motions generated in the browser", page.PACKAGES.installed
     yield Check(
         name="page",
         status="works" if there else "missing",

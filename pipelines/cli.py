@@ -150,7 +150,7 @@ def _sentence(error: BaseException) -> tuple[str, int] | None:
         return str(error), 2
     if isinstance(error, KeyboardInterrupt):
         return (
-            "interrupted; what was finished is remembered, the same command goes on from there",
+            "interrupted; finished results are kept; the same command resumes",
             130,
         )
     if not isinstance(error, OSError):
@@ -323,7 +323,9 @@ def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str])
 
     if arguments and arguments[0] not in ("-h", "--help", "--help-all", "--help-lab"):
         raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
-    usage = f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)"
+    usage = (
+        f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help describes one of them)"
+    )
     text = f"{usage}\n\n{command.HELP}\n\n{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}"
     if arguments:
         print(text)
@@ -345,9 +347,9 @@ def _listed(commands: Mapping[str, str]) -> str:
 
 
 def _overview(commands: Mapping[str, str]) -> str:
-    return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help tells more)
+    return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help describes one command)
 
-From an action's name and one photograph to a video of that person doing the action, in 3D.
+Make a 3D video of a person from one photo and the name of an action.
 
 {_listed(commands)}
 

@@ -211,7 +211,7 @@ def make_character(
         raise InputError("no photo given; name one, or several of the same person as photos=")
     if named := [path for path in given[1:] if "," in path]:
         raise InputError(
-            f"the name {named[0]} has a comma, which stands between further photos; rename it"
+            f"the name {named[0]} has a comma, and commas separate further photos; rename it"
         )
     if given[1:]:
         values["more"] = ",".join(given[1:])
@@ -308,7 +308,7 @@ def make_video(
         )
     if film.in_photo:
         raise InputError(
-            "the photo's own place is a video beside the others; give a folder instead of an .mp4"
+            "the background photo also writes photo.mp4; give a folder instead of an .mp4"
         )
     resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(
         Store(running.cache)

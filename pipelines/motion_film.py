@@ -62,12 +62,12 @@ def follow_video(
     ]
     if others:
         raise InputError(
-            f"{others[0]} cannot be given with from_video; the person in the video does what they "
-            "do"
+            f"{others[0]} cannot be given with from_video, since the video determines the motion; "
+            "leave one of them out"
         )
     if not is_video(filmed.from_video):
         raise InputError(
-            f"{filmed.from_video} has not the name of a video; expected one that ends in "
+            f"{filmed.from_video} is not named like a video; expected a name that ends in "
             f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         )
     frames = round(LONGEST * plan.fps)

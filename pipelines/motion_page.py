@@ -22,7 +22,7 @@ class PageOptions:
         metavar="FILE",
     )
     character: str | None = option(
-        "with --page: a character (.glb) who plays them", default=None, metavar="FILE"
+        "with --page: the character (.glb) that performs them", default=None, metavar="FILE"
     )
 
 
@@ -52,7 +52,7 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
     model = open_model(plan.model)
     steps = parse_prompt(plan.action, Vocabulary.of(model.card))[0] if plan.action else []
     if len(steps) > 1:
-        raise InputError("a page begins with one action; give one --action")
+        raise InputError("a page starts with one action; give one --action")
     check_writable(path.parent)
     write_motion_page(
         path,

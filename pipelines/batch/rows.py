@@ -89,7 +89,7 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     )
     if not rows:
         raise InputError(
-            f"{source} names no jobs; expected a row for every video, with at least the columns "
+            f"{source} lists no jobs; expected one row per video, with at least the columns "
             "photo and action"
         )
     known = {"name", *names()}
@@ -108,7 +108,7 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         names = [_plain(name) for name in reader.fieldnames or ()]
         if len(set(names)) < len(names):
             raise InputError(
-                f"{source} names a column twice; expected every name once in its first line"
+                f"{source} names a column twice; expected each column name once in the first line"
             )
         reader.fieldnames = names
         for number, row in enumerate(reader, 1):

@@ -219,8 +219,8 @@ class Schedule:
                 "WorkerCrashedError",
             ):
                 raise _ClusterLostError(
-                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command "
-                    "when it is there"
+                    f"the connection to the cluster was lost ({type(error).__name__}: {error}); "
+                    "repeat the command when the cluster is reachable"
                 ) from error
             del flying[future]
             self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=True)
@@ -229,7 +229,8 @@ class Schedule:
                 return
             often = self._losses.lost[task.key]
             result = Result(
-                problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers"  # noqa: E501
+                problem=f"the worker was killed {often} times, most likely because it ran out of "
+                "memory; use fewer --workers"
             )
         else:
             del flying[future]

@@ -40,7 +40,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         if other := [
             name for name, digest in likeness.items() if own_likeness().get(name) != digest
         ]:
-            text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"  # noqa: E501
+            text = f"worker {platform.node() or 'without a name'} runs another version than this machine: {', '.join(other[:4])}"  # noqa: E501
             return Result(
                 problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there",  # noqa: E501
                 strange=True,
@@ -78,7 +78,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         return Result(problem=printable(str(error)), seconds=time.perf_counter() - begun)
     except MemoryError:
         return Result(
-            problem="the memory was used up; take a smaller --size or fewer --workers",
+            problem="the computation ran out of memory; use a smaller --size or fewer --workers",
             seconds=time.perf_counter() - begun,
         )
     except Exception as error:

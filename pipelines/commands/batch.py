@@ -25,7 +25,7 @@ from pipelines.requests.person import PersonStages
 
 HELP = "Make the videos of a table of jobs. Each person and each motion is computed once."
 EXAMPLES = """examples:
-  a2v batch jobs.csv --out out                               photo,action,seed a line; the first line names the columns
+  a2v batch jobs.csv --out out                               one job per line; the first line names the columns
   a2v batch jobs.yaml --out out --frames 90 --views front    options given here apply to all rows that do not set them
   a2v batch jobs.csv --out out --retry-failed                repeat failed jobs
   a2v batch jobs.csv --out out --workers 8 --limit-memory 12GB
@@ -85,9 +85,8 @@ def run(options: Options) -> Answer:
         finally:
             counts = write_tables(out)
     print(
-        f"{len(rows)} jobs: {len(jobs) - len(left)} over before, {book.made} made, {book.failed} "
-        "failed now; "
-        f"{out} holds {counts['done']} videos and {counts['failed']} failures",
+        f"{len(rows)} jobs: {len(jobs) - len(left)} were finished already, {book.made} were made, "
+        f"{book.failed} failed; {out} holds {counts['done']} videos and {counts['failed']} failures",
         file=sys.stderr,
     )
     numbers = {

@@ -86,12 +86,10 @@ def run(options: Options) -> Answer:
         )
         if gone.unknown:
             lines.append(
-                f"  and {gone.unknown} results of an older version of a2v, which do not say which "
-                "photo they are of"
+                f"  and {gone.unknown} results of an older version of a2v that are not linked "
+                "to a photo"
             )
-        lines.append(
-            "  not touched: the photo itself, and what was written to --out folders and pages"
-        )
+        lines.append("  not removed: the photo itself, and files in --out folders and pages")
         facts["forgotten"] = dataclasses.asdict(gone)
     usage = store.usage()
     lines += [

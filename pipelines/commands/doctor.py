@@ -36,7 +36,7 @@ def run(options: Options) -> Answer:
         for check in checks
     ]
     failed = [check.name for check in checks if check.status == "fails"]
-    error = f"{', '.join(failed)}: a video cannot be made before this works" if failed else ""
+    error = f"{', '.join(failed)}: needed for every video; repair it first" if failed else ""
     text = "\n".join([*lines, "", error or "a video can be made here"])
     return Answer(
         text=text,

@@ -22,14 +22,14 @@ from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, option
 from pipelines.requests.video import VideoRequest
 
-HELP = "Serve a web page on this machine: drop a photo, name an action, watch the progress, turn the character, download the files."
+HELP = "Serve a web page on this machine: choose a photo and an action, watch the progress, turn the character and download the files."
 EXAMPLES = """examples:
   a2v serve                                     prints the address; open it in a browser of this machine
   a2v serve --browser                           opens it
   a2v serve --folder out/page --port 9000
 
-The server answers to this machine alone, and only to whoever has the whole address. Photos, videos and the queue stay in --folder;
-whoever starts it again goes on where it was. Ctrl-C ends it."""
+Only this machine reaches the server, and only with the whole address. Photos, videos and the queue are kept in --folder;
+the next start continues the queue. Ctrl-C ends the server."""
 
 LOCAL = "127.0.0.1"
 PORT = 8420

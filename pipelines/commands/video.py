@@ -168,7 +168,7 @@ def _show_early(out: Path, quiet: bool, outcome: Outcome) -> None:
     write_early_page(outcome, out)
     if not quiet:
         print(
-            f"the character moves in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
+            f"the moving character can be seen in {out / 'preview.html'} after {outcome.seconds:.0f} s; the "
             "video follows",
             file=sys.stderr,
         )

@@ -327,7 +327,7 @@ def _connect(distributed: Any, address: str) -> Any:
 def _dask_failure(error: BaseException, address: str | None, *, alive: bool) -> str:
     """What happened to a run on Dask, in one line with its remedy."""
     if "KilledWorker" in type(error).__name__:
-        return "Dask's workers were killed while they computed, most likely because the memory was used up; run again with fewer or larger workers"  # noqa: E501
+        return "Dask's workers were killed while they computed, most likely because they ran out of memory; run again with fewer or larger workers"  # noqa: E501
     where = f"at {address} " if address else ""
     lost = "a worker or the network failed" if alive else "it ended or cannot be reached any more"
     return f"the Dask scheduler {where}stopped answering: {lost}; what was finished is remembered: start it again and repeat the command"  # noqa: E501

@@ -187,8 +187,8 @@ def _again(last: bool) -> Iterator[None]:
         if last:
             raise A2VError(
                 f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because "
-                "the memory was used up; what was "
-                "finished is remembered: run again with fewer --workers or a smaller --size"
+                "it ran out of memory; finished results are kept: run again with fewer "
+                "--workers or a smaller --size"
             ) from None
 
 

@@ -61,9 +61,10 @@ class Options:
     """What the command takes."""
 
     person: PersonRequest = group(PersonRequest)
-    out: str = option("the .html to write")
+    out: str = option("file to write, .html")
     methods: str = option(
-        f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror"
+        f"some of {', '.join(METHODS)}, separated by commas",
+        default=f"{DEFAULT_BACKEND},warp,mirror",
     )
     shown: int = option("number of frames of each view that are shown as pictures", default=5)
     liquid_generator: str | None = option(
@@ -75,7 +76,7 @@ class Options:
         metavar="FILE",
     )
     survey: str | None = option(
-        "a user study of the same videos, .html", default=None, metavar="FILE"
+        "also write a user study of the same videos, .html", default=None, metavar="FILE"
     )
     motion: MotionRequest = group(MotionRequest)
     film: FilmRequest = group(FilmRequest)

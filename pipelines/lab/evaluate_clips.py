@@ -31,18 +31,18 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import flag, option, settings
 
 HELP = (
-    "Measure how one person is tracked through a video: studio films of people and "
-    "motions that are not in any training."
+    "Measure how well one person is tracked through a video, on rendered films of people and "
+    "motions that were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate clips --data ../shared/data --out clips.md
   a2v evaluate clips --data ../shared/data --films 6 --out clips.md               the first six films of the panel
   a2v evaluate clips --data ../shared/data --only 00-strike,03-jump --out clips.md
 
-Films of 640 x 480 pixels at 30 frames per second are rendered from recorded motions, with a
-camera that stands, turns or is hand-held, and kept in a folder named like OUT. OUT gets tables by
-kind of motion and by camera, OUT's .json every film's values, OUT's .jpg frames of the films
-above the result."""
+The films have 640 x 480 pixels and 30 frames per second. They are rendered from recorded motions,
+with a camera that is still, turns or is hand-held, and are kept in a folder named like OUT. OUT
+gets tables by kind of motion and by camera. The .json beside it has the values of every film; the
+.jpg has frames of the films with the result below."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,11 +50,11 @@ class Options:
     """What the command takes."""
 
     data: str = option("folder with avatars/, cmu_bvh.zip and cmu_mocap.zip")
-    films: int = option("number of films of the panel, the first ones", default=len(SHOTS))
-    only: str = option("films by their names, with commas; instead of --films", default="")
-    out: str = option("the .md to write; .json and .jpg lie beside it")
+    films: int = option("number of films: the first ones of the panel", default=len(SHOTS))
+    only: str = option("names of single films, separated by commas; instead of --films", default="")
+    out: str = option("file to write, .md; the .json and the .jpg are written beside it")
     follow: FollowSettings = settings(FollowSettings)
-    quiet: bool = flag("no progress bar")
+    quiet: bool = flag("show no progress bar")
 
     @property
     def shots(self) -> tuple[Shot, ...]:

@@ -35,8 +35,8 @@ from pipelines.options import group, option
 from pipelines.requests.person import PersonStages
 
 HELP = (
-    "Measure characters in motion: made from ordinary photographs of people that are not "
-    "in any training, put into a T-pose and into motion."
+    "Measure characters in a T-pose and in motion. They are made from photos of people that "
+    "were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --out moved.md
@@ -44,13 +44,13 @@ EXAMPLES = """examples:
   a2v evaluate moved --data ../shared/data --only 40001,40003 --out moved.md           these two
   a2v evaluate moved --data ../shared/data --panel final --out docs/results/moved.md   other people, when the work is done
 
-Each person stands, walks, sits or squats as people do in photographs, with hands on the body and
-feet together. The pipeline makes a character from the photo. Its skin is put into the T-pose and
-into six frames of motion of the true person's skeleton, beside the true person in the same poses:
-each joint turns like the true one, and the lengths of bones are the character's. OUT gets a
-table, OUT's .json every photo's values, OUT's .jpg the pictures: photo, T-pose from three sides,
-frames, with the ground truth below. Finished photos are kept in a folder named like OUT, so a
-stopped run can resume. Another way to make the character adds its rows to the same table."""
+The people stand, walk, sit or squat as in everyday photographs, also with hands on the body and
+feet together. The pipeline makes a character from each photo. The character is put into the
+T-pose and into six frames of a motion, and compared with the true person in the same poses: it
+gets the true joint rotations and keeps its own bone lengths. OUT gets a table. The .json beside it
+has the values of every photo; the .jpg has the pictures: photo, T-pose from three sides and
+frames, with the ground truth below. Finished photos are kept in a folder named like OUT, so an
+interrupted run can resume. Another method of making the character adds its rows to the same table."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,14 +58,16 @@ class Options:
     """What the command takes."""
 
     data: str = option("folder with avatars/, motions/ and MakeHuman's archive")
-    panel: str = option("which photos", default="development", choices=tuple(MOVED_PANELS))
-    photos: int = option("number of photos, the first ones", default=20)
-    only: str = option("photos by their numbers, with commas; instead of --photos", default="")
+    panel: str = option("panel of photos", default="development", choices=tuple(MOVED_PANELS))
+    photos: int = option("number of photos: the first ones of the panel", default=20)
+    only: str = option(
+        "numbers of single photos, separated by commas; instead of --photos", default=""
+    )
     label: str = option(
-        "what the table calls this way to make characters; the character's own name by default",
+        "name of this method in the table (default: the name of the character)",
         default="",
     )
-    sheet: int = option("photos on the picture sheet, 0 for none", default=20)
+    sheet: int = option("number of photos on the picture sheet; 0: no sheet", default=20)
     out: str = option("the .md to write; .json and .jpg lie beside it")
     protocol: MovedSettings = group(MovedSettings)
     stages: PersonStages = group(PersonStages)

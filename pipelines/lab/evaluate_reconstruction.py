@@ -39,8 +39,8 @@ from pipelines.lab.tables import table_path, table_result, write_table
 from pipelines.options import group, option
 
 HELP = (
-    "Measure the reconstruction on synthetic photos of people that are not in any "
-    "training: shape, silhouette, colors, time, memory."
+    "Measure the reconstruction (shape, silhouette, colors, time, memory) on synthetic photos of "
+    "people that were not used in any training."
 )
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
@@ -49,17 +49,22 @@ EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel phone --methods character,character+180,character+90 --out two.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
-A method is a backend; or BACKEND:COLORING for an ablation: mirrored (unseen points have the
-photo's color at their pixel) or network (the backend's own colors alone); or character, the
-canonical one; or character+180, that of two photos, in the second of which the person has turned
-by 180 degrees and stands in another pose. The photos of a --panel are pinned: studio (20 of the
-studio's own kind), development (people in action, to try changes on), report (other people in
-action, for final figures), final (40 new photos of people that are not in any training, half in
-action: to be measured once) and phone (14 by near cameras, like those of telephones). --studio is
-a folder of a2v studio (its poses and guides are used; it is made if it is new). Writes tables as
-Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a
-row for the ground truth and one for each method (photo or mask; front, left, back, right; front,
-left, back as clay). Finished photos are kept in a folder named like OUT, so a stopped run can
+A method is one of these:
+  BACKEND              a reconstruction backend
+  BACKEND:mirrored     with unseen points in the photo's color at their pixel, for an ablation
+  BACKEND:network      with the colors of the backend only, for an ablation
+  character            the canonical character
+  character+180        the character of two photos; in the second one the person is turned by 180
+                       degrees and has another pose
+
+The photos of each --panel are fixed: studio (20 like those of a2v studio), development (people in
+action, for trying changes), report (other people in action, for final figures), final (40 photos
+of people that were not used in any training, half of them in action, to be measured once) and
+phone (14 with near cameras, like those of phones). --studio is a folder of a2v studio, whose poses
+and guides are used; it is made if it does not exist. Writes tables as Markdown and, beside them,
+the values of every photo as JSON and a picture sheet as JPEG. The sheet has for each photo one row
+for the ground truth and one for each method: photo or mask; front, left, back, right; and front,
+left, back as clay. Finished photos are kept in a folder named like OUT, so an interrupted run can
 resume."""
 
 
@@ -70,11 +75,11 @@ class Options:
     data: str = option("folder with avatars/ and the motion data")
     studio: str = option("folder of a2v studio")
     methods: str = option(
-        "BACKEND or BACKEND:COLORING, with commas",
+        "methods, separated by commas: BACKEND or BACKEND:COLORING",
         default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
     )
     weights: str = option(
-        "folder of your own reconstruction weights (a2v train reconstruction) for pifu",
+        "folder of custom reconstruction weights (a2v train reconstruction) for pifu",
         default="",
     )
     sheet: int = option("photos on the picture sheet, 0 for none", default=8)

@@ -59,9 +59,13 @@ class Options:
     )
     dataset: str | None = option("data set of the real motions (a2v data)", default=None)
     data: str | None = option("folder or archive that holds it", default=None)
-    action: str | None = option("actions to ask about, with commas; all by default", default=None)
+    action: str | None = option(
+        "actions of the questions, separated by commas (default: all)", default=None
+    )
     frames: int = option("frames per clip", default=60)
-    analyze: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
+    analyze: tuple[str, ...] = option(
+        "files of answers to analyze", default=(), many="listed", metavar="FILE"
+    )
     key: str | None = option(
         "the key that was written beside the page", default=None, metavar="FILE"
     )

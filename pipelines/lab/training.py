@@ -16,7 +16,7 @@ Show = Callable[[Mapping[str, float], Mapping[str, float]], None]
 """Called with a row of the log and those of its numbers that are shown."""
 
 RESUMES = (
-    "The same command resumes a run that was stopped. CUDA is used where there is one "
+    "The same command resumes a run that was stopped. CUDA is used if it is available "
     "(--device cpu to stay on the CPU)."
 )
 
@@ -26,7 +26,8 @@ class LearningOptions(DataOptions):
     """Training data, and the folder of the run."""
 
     held_out: str = option(
-        "subjects that are left out of the training: names with commas, auto or none", default=""
+        "subjects that are left out of the training: names separated by commas, auto or none",
+        default="",
     )
     out: str = option("folder of the run")
 

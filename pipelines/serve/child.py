@@ -16,10 +16,10 @@ GRACE_SECONDS = 5.0
 """Seconds between asking a process to end and killing it."""
 _LINE_BYTES = 4 << 20
 LOST = (
-    "the process that computed this has ended, most likely because the memory was used up; "
-    "what was finished is remembered: try again"
+    "the process that computed this has ended, most likely because it ran out of memory; "
+    "finished results are kept: try again"
 )
-SLOW = "this takes too long; take a smaller photo"
+SLOW = "this takes too long; use a smaller photo"
 
 Take = Callable[[Mapping[str, Any]], None]
 

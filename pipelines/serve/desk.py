@@ -112,7 +112,9 @@ class Desk:
             The photo is being processed, or the disk is full.
         """
         if photo.status == "looking":
-            raise InputError("this photo is being looked at; try again in a moment")
+            raise InputError(
+                "the person in this photo is still being detected; try again in a moment"
+            )
         path = self.library.place(photo) / CORRECTIONS
         if corrections:
             with atomic_path(path) as temporary:
@@ -211,7 +213,7 @@ class Desk:
             item.status, item.problem = "looking", ""
         else:
             if item.status not in ("failed", "cancelled"):
-                raise InputError("this video is made, or is being made")
+                raise InputError("this video is finished or in progress")
             item.status, item.problem, item.created = "waiting", "", time.time()
         self.library.keep(item)
         self.wake()

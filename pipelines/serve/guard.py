@@ -88,23 +88,23 @@ class Guard:
                 )
             except asyncio.CancelledError:  # the server stops before the answer is ready
                 if not begun:
-                    await _refuse(send, 503, "the page ends; start it again")
+                    await _refuse(send, 503, "the server is stopping; start it again")
 
 
 def _foreign(headers: dict[str, str]) -> str:
     """Return the problem with the source of a request, or an empty text."""
     host = headers.get("host", "")
     if re.sub(r":\d{1,5}$", "", host) not in HOSTS:
-        return "this server answers to 127.0.0.1 and localhost alone"
+        return "this server only answers requests to 127.0.0.1 and localhost"
     origin = headers.get("origin")
     if origin is not None and origin != f"http://{host}":
-        return "requests of other pages are refused"
+        return "requests from other pages are refused"
     if (
         origin is None
         and headers.get("sec-fetch-site", "none") in ("cross-site", "same-site")
         and headers.get("sec-fetch-mode") != "navigate"
     ):
-        return "requests of other pages are refused"
+        return "requests from other pages are refused"
     return ""
 
 

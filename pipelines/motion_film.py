@@ -20,7 +20,7 @@ from pipelines.requests.motion import FOLLOW_USERS, PlanOptions, length_of
 
 @dataclass(frozen=True, kw_only=True)
 class FilmedOptions:
-    """A video that gives the motion."""
+    """Options for a video that gives the motion."""
 
     from_video: str | None = option(
         f"follow the person in a video ({', '.join(SUFFIXES[:5])}...), or in all videos of a "
@@ -43,8 +43,9 @@ class Made:
 def follow_video(
     filmed: FilmedOptions, plan: PlanOptions, edit: Edit, running: RunOptions, others: Sequence[str]
 ) -> Made:
-    """The motion of a video in the tempo of `edit`; the whole video if no length is given.
-    `others`: given options that do not belong to a video.
+    """Return the motion of a video in the tempo of `edit`; of the whole video without a length.
+
+    `others` are given options that cannot be combined with a video.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""``a2v motion --page``: the model in a web page of one file, instead of motions as files."""
+"""``a2v motion --page``: write the model as one web page instead of motion files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipelines.requests.motion import DEFAULT_SECONDS, PlanOptions, open_model
 
 @dataclass(frozen=True, kw_only=True)
 class PageOptions:
-    """A page that makes motions."""
+    """Options for a page that generates motions."""
 
     page: str | None = option(
         "instead of --out: a page (.html) that holds the model and makes motions in the browser",
@@ -27,8 +27,9 @@ class PageOptions:
 
 
 def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> Answer:
-    """Write the page; it begins with the plan's action, seed and length. `others`: given options
-    that do not belong to a page.
+    """Write the page; it starts with the plan's action, seed and length.
+
+    `others` are given options that cannot be combined with a page.
 
     Raises
     ------

@@ -21,13 +21,13 @@ EXAMPLES = """examples:
   a2v actions --find "sneaking thief"            how a2v understands these words, and the nearest actions"""
 
 
-#: Most actions that --find names.
+# : Maximum number of actions that --find lists.
 SHOWN = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     model: str = option(MODEL, default=AUTO)
     license: str = option(

@@ -40,12 +40,12 @@ Columns are name and the options of a2v video that this help shows. The folder g
 job.json), results.csv and index.html. A failed job does not stop the others. The same command continues an interrupted run."""
 
 TABLES_EVERY = 30.0
-"""Seconds between two writings of the tables, at least."""
+"""Minimum seconds between two writes of the tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     jobs: str = option("table of jobs, a CSV or YAML file", names=("jobs",), metavar="FILE")
     out: str = option("folder to write to")
@@ -62,7 +62,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Run the jobs that are not done. The overview page is written first."""
+    """Run the unfinished jobs. The overview page is written first."""
     limit = parse_size(options.limit_memory) if options.limit_memory else None
     rows = read_rows(options.jobs, defaults(options.stages, options.motion, options.film))
     out, store = check_writable(options.out), _store(options.running.cache)

@@ -53,15 +53,15 @@ Clips are named after their actions or files. GLB, USD and FBX are skinned, as a
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
 
 AVATAR = ".vrm"
-"""Suffix of VRM."""
+"""Suffix of a VRM file."""
 
 FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
-"""What --out may be: characters as data, and as a page that shows them."""
+"""Suffixes of --out: character files, and a page that shows the character."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
@@ -190,7 +190,7 @@ def animate(
     for name, resolved in asked.items():
         kept = (
             "engine_character" if deform is None else "character"
-        )  # exact vertices are those of the whole character
+        )  # Exact vertices are those of the character without simplification.
         outcome = running.run(
             [kept, "poses", *(["vertices"] if deform else ["props"])],
             resolved.parameters,

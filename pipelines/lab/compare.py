@@ -58,7 +58,7 @@ to rank the videos; a2v survey --analyze reads the answers."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     person: PersonRequest = group(PersonRequest)
     out: str = option("file to write, .html")
@@ -150,8 +150,7 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
 
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
-    """Return the backend's surface with the photo's colors, mirrored on the back, as a
-    replacement."""
+    """Return the backend's surface with the photo's colors, mirrored on the back."""
     from a2v.reconstruction.colorings import color_mirrored
 
     outcome = options.running.run(

@@ -77,7 +77,7 @@ EVALUATORS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Options(DataOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     model: tuple[str, ...] = option(f"{MODELS}; may be repeated", default=(), many="repeated")
     evaluator: str | None = option(
@@ -111,8 +111,9 @@ class Options(DataOptions):
 
 
 def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
-    """Return the classifier: the given file, else the authors' under the data folder, else our own
-    beside the tables.
+    """Return the classifier: the given file, else the authors', else that of the output folder.
+
+    The last one is trained if it does not exist.
 
     Raises
     ------
@@ -142,7 +143,7 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the models and write the tables."""
     out, protocol = table_path(options.out), options.protocol
     dataset = options.open()
     training, unseen = hold_out(dataset, options.held_out)
@@ -197,7 +198,10 @@ _NOTHING = _Part([], {})
 
 
 def _single_actions(options: Options, table: Table, content: Mapping[str, object]) -> _Part:
-    """Single actions, the journal paper's Table 4; `content` are the numbers of the page so far."""
+    """Measure single actions, as Table 4 of the journal paper.
+
+    `content` has the numbers of the page so far.
+    """
     if not options.actions:
         return _NOTHING
     alone = replace(options.protocol, clips=min(500, options.protocol.clips), physics_clips=0)
@@ -216,8 +220,7 @@ def _single_actions(options: Options, table: Table, content: Mapping[str, object
 
 
 def _each_action(options: Options, table: Table) -> _Part:
-    """Measure how each action of each model is recognized, and how closely it repeats its training
-    clips."""
+    """Measure how well each action is recognized, and how closely clips repeat the training."""
     if not options.each_action:
         return _NOTHING
     text, measured = [], {}
@@ -240,7 +243,7 @@ def _each_action(options: Options, table: Table) -> _Part:
 
 
 def _stands(options: Options, dataset: ActionDataset) -> _Part:
-    """Measure how feet stand in the clips of each exported model."""
+    """Measure the foot contact in clips of each exported model."""
     if not options.stand:
         return _NOTHING
     text, rows_of = [], _standing(options, dataset)
@@ -260,7 +263,7 @@ def _against_unseen(
     opened: Mapping[str, Evaluated],
     protocol: EvaluationSettings,
 ) -> _Part:
-    """Make the table against the clips of the held-out people alone."""
+    """Make the table against the clips of the held-out people only."""
     if unseen is None:
         return _NOTHING
     models = {name: model.generate for name, model in opened.items()}
@@ -284,7 +287,7 @@ def _against_unseen(
 
 
 def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[StandingScore]]:
-    """Measure the clips of exported models of the data set's own actions, by the models' names."""
+    """Measure clips of exported models for the data set's own actions, by the models' names."""
     found = {}
     for name in options.model:
         if (
@@ -306,8 +309,7 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
 
 
 def _alike(table: Table) -> list[str]:
-    """Make the table with actions drawn uniformly, with recordings drawn uniformly and the papers'
-    own figures."""
+    """Make the table with equally frequent actions: models, recordings and the papers' figures."""
     scores = table.measure()
     write_numbers(table.out, table.content(scores))
     published = published_table(table.dataset.name)

@@ -1,4 +1,4 @@
-"""``a2v evaluate clips``: tracking one person through a video, beside the ground truth."""
+"""``a2v evaluate clips``: measure how one person is tracked through a video."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ gets tables by kind of motion and by camera. The .json beside it has the values 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, cmu_bvh.zip and cmu_mocap.zip")
     films: int = option("number of films: the first ones of the panel", default=len(SHOTS))
@@ -58,7 +58,7 @@ class Options:
 
     @property
     def shots(self) -> tuple[Shot, ...]:
-        """The films.
+        """Return the films.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the films and write the tables."""
     out = table_path(options.out)
     shots = options.shots
     folder = check_writable(out.with_suffix(""))
@@ -117,7 +117,7 @@ def run(options: Options) -> Answer:
 
 
 def _measured(shot: Shot, options: Options, folder: Path) -> FilmScore:
-    """The score of a film; what is kept of the same film and settings is not measured again."""
+    """Return the score of a film; a stored score of the same film and settings is used again."""
     film, path = shoot_panel(shot, options.data, folder)
     key, kept = (
         sha256(json.dumps([sha256(path), dataclasses.asdict(options.follow)]).encode())[:16],
@@ -135,7 +135,7 @@ def _measured(shot: Shot, options: Options, folder: Path) -> FilmScore:
 
 
 def _draw(path: Path, followed: Followed, target: Path) -> None:
-    """Six frames of a film above what was found of them."""
+    """Draw six frames of a film above the result."""
     with open_reel(path) as reel:
         frames = [shown.image for shown in reel.frames(side=480)]
     picture = film_sheet(

@@ -1,5 +1,4 @@
-"""``a2v evaluate moved``: characters from ordinary photographs, put into other poses beside the
-true people in the same poses."""
+"""``a2v evaluate moved``: compare characters from photos with the true people in other poses."""
 
 from __future__ import annotations
 
@@ -55,7 +54,7 @@ interrupted run can resume. Another method of making the character adds its rows
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, motions/ and MakeHuman's archive")
     panel: str = option("panel of photos", default="development", choices=tuple(MOVED_PANELS))
@@ -75,12 +74,12 @@ class Options:
 
     @property
     def method(self) -> str:
-        """What the table calls the character."""
+        """The name of the character in the table."""
         return self.label or str(getattr(self.stages, "character", "fused"))
 
     @property
     def pins(self) -> tuple[Pin, ...]:
-        """The photos.
+        """Return the photos.
 
         Raises
         ------
@@ -101,7 +100,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the photos and write the table."""
     out = table_path(options.out)
     folder = check_writable(out.with_suffix(""))
     outcomes = []
@@ -143,8 +142,7 @@ def _key(folder: Path, outcome: MovedOutcome, suffix: str) -> Path:
 
 
 def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
-    """What came of a photo; what is kept of the same character and protocol is not measured
-    again."""
+    """Return the outcome of a photo; a stored outcome of the same character is used again."""
     store = Store(options.running.cache)
     case = open_moved_case(pin, options.data, folder.parent / "cases")
     photo = _as_file(case, folder)
@@ -180,7 +178,7 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
 
 
 def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
-    """Write an outcome down; one without a key is tried again the next time."""
+    """Store an outcome; one without a key is computed again the next time."""
     with atomic_path(_key(folder, outcome, ".json")) as temporary:
         temporary.write_text(
             json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8"
@@ -189,7 +187,7 @@ def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
 
 
 def _as_file(case: MovedCase, folder: Path) -> Path:
-    """The photo as a file, as a user would give it."""
+    """Return the path of the photo as a file, as a user would give it."""
     path = folder.parent / "cases" / f"{case.index:06d}.png"
     if not path.exists():
         stream = io.BytesIO()
@@ -200,7 +198,7 @@ def _as_file(case: MovedCase, folder: Path) -> Path:
 
 
 def _known(folder: Path, options: Options, indices: set[int]) -> list[MovedOutcome]:
-    """Every kept outcome of these photos, of whatever character, by photo."""
+    """Return every stored outcome of these photos for any character, by photo."""
     found = [
         MovedOutcome(**json.loads(path.read_text(encoding="utf-8"))["outcome"])
         for path in sorted(folder.glob("*.json"))

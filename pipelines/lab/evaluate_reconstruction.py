@@ -1,5 +1,4 @@
-"""``a2v evaluate reconstruction``: measure reconstructions of people from photos against the
-truth."""
+"""``a2v evaluate reconstruction``: compare reconstructions from photos with ground truth."""
 
 from __future__ import annotations
 
@@ -70,7 +69,7 @@ resume."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/ and the motion data")
     studio: str = option("folder of a2v studio")
@@ -89,11 +88,13 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Measure."""
+    """Measure the methods and write the tables."""
     out, protocol = table_path(options.out), options.protocol
     methods = [Method.parse(name.strip(), options.weights) for name in options.methods.split(",")]
     for method in methods:
-        backend_digest(method.backend, method.weights)  # missing weights are reported now
+        backend_digest(
+            method.backend, method.weights
+        )  # Missing weights are reported now, not after a long computation.
     studio = open_studio(options.studio, options.data, protocol.panel)
     measured = Measured(out.with_suffix(""), studio, protocol)
     outcomes = _measure(measured, studio, protocol, methods)
@@ -146,7 +147,7 @@ def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
 def _measure(
     measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]
 ) -> list[Outcome]:
-    """What came of every photo; those that `measured` has are not done again."""
+    """Return the outcome of every photo; outcomes in `measured` are used again."""
     outcomes: list[Outcome] = []
     views = PANELS[protocol.panel][: protocol.views]
     with bar("photos", "photo") as progress:

@@ -28,7 +28,7 @@ minutes). Existing views are kept."""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/ and the motion data")
     out: str = option("folder of the data set")

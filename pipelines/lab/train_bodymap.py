@@ -1,5 +1,4 @@
-"""``a2v train bodymap``: the network that predicts the place on the body and the depth of each
-pixel of a person."""
+"""``a2v train bodymap``: the network of the place on the body and the depth of each pixel."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ at the end, bodymap.onnx. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the command takes."""
+    """Options of the command."""
 
     data: str = option("folder with avatars/, MakeHuman's archive and the motion data")
     out: str = option("folder of the run")

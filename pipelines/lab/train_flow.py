@@ -25,7 +25,7 @@ the clips); without it models learn from all. {RESUMES}"""
 
 @dataclass(frozen=True, kw_only=True)
 class Options(MotionModelOptions):
-    """What the command takes."""
+    """Options of the command."""
 
     guidance: float = option(
         "strength of the exported flow's guidance towards the action; 1: none", default=GUIDANCE

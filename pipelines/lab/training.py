@@ -34,7 +34,7 @@ class LearningOptions(DataOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class WatchedOptions(LearningOptions):
-    """These and the classifier that measures the model during training."""
+    """Run options and the classifier that measures the model during training."""
 
     evaluator: str | None = option(
         "action classifier for a running FID and accuracy (monitoring only)",
@@ -59,7 +59,7 @@ class WatchedOptions(LearningOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionModelOptions(LearningOptions):
-    """These and the properties of the exported motion model."""
+    """Run options and the properties of the exported motion model."""
 
     license: str = option(
         "license of the weights, kept in the exported file", default="see the data set's license"

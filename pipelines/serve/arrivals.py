@@ -1,6 +1,6 @@
-"""Take in photos, further photos of a person, and videos with a motion.
+"""Receive photos, further photos of a person, and videos with a motion.
 
-A child process opens each file, then the file is moved to its record.
+A child process opens each file; then the file is moved to its record.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OPEN_SECONDS = 60.0
 
 
 class Arrivals:
-    """Takes in the files of a person, and removes further photos and videos again.
+    """Receives the files of a person, and removes further photos and videos again.
 
     Parameters
     ----------

@@ -25,8 +25,9 @@ Take = Callable[[Mapping[str, Any]], None]
 
 
 class Child:
-    """A child process that is started on demand. It may be stopped at any time, also during
-    its start.
+    """A child process that is started on demand and may be stopped at any time.
+
+    It may also be stopped during its start.
 
     Parameters
     ----------

@@ -34,8 +34,7 @@ from pipelines.serve.threads import Threads
 IDLE_SECONDS = 900.0
 """Seconds without a task after which a child process is ended to free its memory."""
 SETTLED_SECONDS = 120.0
-"""Seconds after which a value of the store that no call references is removed, such as the remains
-of a stopped computation."""
+"""Seconds after which a value of the store that no call refers to is removed."""
 MAX_THREADS = 8
 """Number of threads in addition to the main thread."""
 _TICK_SECONDS = 5.0

@@ -25,8 +25,10 @@ BODY_SECONDS = 30.0
 """Seconds without data within a request after which the browser counts as disconnected."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-"""Control characters, including line breaks and tabs, and characters that change the writing
-direction."""
+"""Control characters and characters that change the writing direction.
+
+Line breaks and tabs are included.
+"""
 
 
 def clean(value: Any, level: int = 0) -> Any:

@@ -19,8 +19,10 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 HOSTS = ("127.0.0.1", "localhost", "[::1]")
-"""Host names of this machine. A page elsewhere whose host name resolves to this machine (DNS
-rebinding) sends another one."""
+"""Host names of this machine.
+
+A page elsewhere whose host name resolves to this machine (DNS rebinding) sends another one.
+"""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -39,10 +41,9 @@ HEADERS = {
 
 
 class Guard:
-    """Forwards to `inner` the requests whose path begins with the token, whose host is this
-    machine, and whose origin is the page.
+    """Forwards valid requests to `inner`.
 
-    The token is removed from the path that `inner` receives.
+    Their path begins with the token, their host is this machine, and their origin is the page.
     """
 
     def __init__(self, inner: Application, token: str) -> None:

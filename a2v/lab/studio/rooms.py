@@ -1,5 +1,5 @@
-"""Photographs of people in ordinary rooms, and the same rooms without them: what removing a person
-from a photo is measured on."""
+"""Photographs of people in ordinary rooms, and of the same rooms without them, to measure the
+removal of people from photos."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from a2v.rendering.variant import activate
 from a2v.types import ByteArray, FloatArray, Surface
 
 VERSION = 1
-"""Of what a number gives: raise it when rooms change."""
+"""Version of the rooms that a number gives. Raise it when rooms change."""
 ROOMS = 12
-"""Rooms of the benchmark."""
+"""Number of rooms of the benchmark."""
 SHORT = 600
 """Shorter side of the photos, pixels."""
 LONG = 800
 """Longer side of the photos, pixels."""
 _SAMPLES = 32
-"""Per pixel, before denoising."""
+"""Samples per pixel, before denoising."""
 _NOISE = 1.5
 """Standard deviation of the sensor's noise, levels of 255; the same in both photos of a room."""
 _MIDDLE = 0.42
@@ -48,15 +48,15 @@ class RoomCase(Record):
     image, empty : (H, W, 3) uint8
         The photo, and the same room, light, exposure and noise without the person.
     mask : (H, W) float32
-        Share of each pixel that the person covers.
+        Fraction of each pixel that the person covers.
     floor : (H, W) float32
-        Share of each pixel of the empty room that is the floor's.
+        Fraction of each pixel of the empty room that shows the floor.
     front : (H, W) float32
-        The same of things that stand in front of the person, in the photo.
+        Fraction of each pixel of the photo that shows objects in front of the person.
     facts : mapping
-        Avatar; the camera's origin and target, meters, the person standing at the origin of the
-        floor, and the field of view, degrees, of the square around the photo; and what stands in
-        the room.
+        The avatar; the camera's origin and target, meters (the person stands at the origin of the
+        floor); the field of view of the square around the photo, degrees; and the objects in the
+        room.
     """
 
     image: ByteArray
@@ -70,7 +70,7 @@ class RoomCase(Record):
 def open_room(
     number: int, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None
 ) -> RoomCase:
-    """Room `number`, rendered or read from the folder `kept`.
+    """Return room `number`, rendered or read from the folder `kept`.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def open_room(
     data : path
         Folder with ``avatars/``.
     kept : path, optional
-        Folder where rooms are kept from one call to the next.
+        Folder where rooms are stored for later calls.
 
     Raises
     ------
@@ -101,8 +101,8 @@ def open_room(
 
 
 def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
-    """A clothed avatar in a natural pose, standing on the ground at the origin and roughly facing
-    +z."""
+    """Return a clothed avatar in a natural pose, standing on the ground at the origin and roughly
+    facing +z."""
     outfit = draw_outfit(prepare_avatar(str(path)), generator)
     avatar = outfit.avatar
     vertices = avatar.skin(avatar.bone_transforms(natural_pose(generator)))
@@ -125,7 +125,7 @@ def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """Objects of a room as Mitsuba dictionaries without textures' objects, its camera and its
+    """A room's objects as Mitsuba dictionaries without texture objects, its camera and its
     facts."""
 
     boxes: tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]
@@ -135,9 +135,9 @@ class _Plan:
     back: tuple[float, float]
     """Distance of the back wall behind the origin, meters, and its turn, degrees."""
     side: tuple[float, float]
-    """Which side has a wall (-1, 1), and how far away it is, meters."""
+    """Side with a wall (-1, 1), and its distance, meters."""
     lamp: tuple[FloatArray, float, FloatArray]
-    """Middle (3,), radius and radiance (3,) of the ceiling's lamp."""
+    """Middle (3,), radius and radiance (3,) of the ceiling lamp."""
     window: tuple[float, FloatArray]
     """Side of the window (-1, 1) and its radiance (3,)."""
     origin: FloatArray
@@ -148,7 +148,7 @@ class _Plan:
 
     @classmethod
     def draw(cls, number: int, generator: np.random.Generator, person: Surface) -> _Plan:
-        """A room around a person who stands at the origin."""
+        """Draw a room around a person who stands at the origin."""
         tall = float(person.vertices[:, 1].max())
         upright = bool(number % 2)
         distance, height = generator.uniform(2.6, 4.2), generator.uniform(1.2, 1.6)
@@ -184,13 +184,13 @@ class _Plan:
 
 
 def _wall(generator: np.random.Generator) -> FloatArray:
-    """A wall's paint, sRGB (3,)."""
+    """Draw a wall's paint, sRGB (3,)."""
     base = generator.uniform(0.55, 0.92)
     return np.clip(base + generator.uniform(-0.1, 0.1, 3), 0.2, 0.97)
 
 
 def _floor(number: int, generator: np.random.Generator) -> ByteArray:
-    """A square of the floor (512, 512, 3) that is repeated: planks, tiles, carpet or stone."""
+    """Draw a square of the floor (512, 512, 3) that is repeated: planks, tiles, carpet or stone."""
     import cv2
 
     size, kind = 512, number % 4
@@ -230,8 +230,8 @@ def _furniture(
     back: tuple[float, float],
     side: tuple[float, float],
 ) -> tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]:
-    """Boxes in the room: skirting aside, a sofa or shelf at the wall, a picture or door on it; in
-    every third room something in front of the person."""
+    """Draw boxes in the room: a sofa or shelf at the wall, a picture or door on it. Every third
+    room has an object in front of the person."""
     away, turn = back
     found = []
     color = generator.uniform(0.15, 0.85, 3)
@@ -311,13 +311,13 @@ def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Gene
 
 
 def _tone(light: FloatArray) -> FloatArray:
-    """A soft shoulder above .7, as cameras have it."""
+    """Compress values above 0.7 smoothly, as cameras do."""
     light = np.maximum(light, 0)
     return np.where(light > 0.7, 0.7 + 0.3 * (1 - np.exp(-np.maximum(light - 0.7, 0) / 0.3)), light)
 
 
 def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
-    """Linear light (H, W, 3), denoised."""
+    """Render linear light (H, W, 3), denoised."""
     scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
     color = np.array(
         mi.render(
@@ -344,8 +344,8 @@ def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
 
 
 def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArray:
-    """How much of each pixel (H, W) shows the things whose names begin with `name`: they alone are
-    white."""
+    """Return the fraction of each pixel (H, W) that shows objects whose names begin with `name`:
+    only they are white."""
     objects = {key: thing for key, thing in _objects(mi, plan).items() if "bsdf" in thing}
     objects = {
         key: {**thing, "bsdf": _paint(np.full(3, float(key.startswith(name))))}
@@ -367,7 +367,7 @@ def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArra
 
 
 def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
-    """The camera."""
+    """Return the camera as a Mitsuba dictionary."""
     width, height = plan.size
     look = mi.ScalarTransform4f().look_at(
         origin=plan.origin.tolist(), target=plan.target.tolist(), up=[0, 1, 0]
@@ -390,7 +390,7 @@ def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
 
 
 def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
-    """Floor, ceiling, walls, furniture and lights as Mitsuba dictionaries."""
+    """Return floor, ceiling, walls, furniture and lights as Mitsuba dictionaries."""
     away, turn = plan.back
     side, beside = plan.side
     floor = mi.Bitmap(np.ascontiguousarray(plan.floor))
@@ -470,7 +470,7 @@ def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
 
 
 def _paint(color: FloatArray) -> dict[str, Any]:
-    """Matt paint of an sRGB color (3,)."""
+    """Return matte paint of an sRGB color (3,)."""
     return {
         "type": "twosided",
         "inside": {

@@ -1,5 +1,5 @@
-"""The scene of one view: a person of some build, in some clothes and pose, before a camera, and the
-guide that a fit would have found."""
+"""The scene of one view: a person with a build, clothes and a pose in front of a camera, and the
+guide that a fit would find."""
 
 from __future__ import annotations
 
@@ -35,12 +35,13 @@ from a2v.lab.studio.view import PHOTO_SIZE
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 TRIES = 8
-"""At putting things so that enough of the person is left; then there are none."""
+"""Number of attempts to place objects so that enough of the person is visible. If all fail, there
+are no objects."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FaceKinds:
-    """What an avatar's faces are, (F,) bool each, and faces (C, 3) that close the wall: see
+    """Kinds of an avatar's faces, (F,) bool each, and faces (C, 3) that close the wall; see
     `Solid`."""
 
     outer: BoolArray
@@ -62,24 +63,24 @@ class Scene(Sitting):
     guide : (G, 3) float32
         Vertices of the guide.
     landmarks : (33, 3) float32
-        The person's BlazePose landmarks as a body model has them (no error of the guide moves
-        them).
+        The person's BlazePose landmarks, defined as in a body model, without errors of the guide.
     yaw : float
-        Degrees.
+        Turn of the person about the vertical, degrees.
     avatar : str
     pose : str
-        What the person does.
+        Name of the pose.
     guide_faces : (F, 3) int
         Of the guide.
     shown : Sitting, optional
-        The person among things, before the same camera: what the photo shows, where it shows any.
+        The person among objects, in front of the same camera: the content of the photo. None
+        without objects.
     clutter : Clutter
-        What was asked to be around the person.
+        The requested objects around the person.
     around : mapping
-        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and
-        the background is a drawn one.
+        The objects that are really around the person, by name, for `View.provenance`. Empty if
+        nothing occludes or cuts the person and the background is a drawn one.
     turn : float
-        By how many degrees the person has turned since the first photo of the scene; 0 in that one.
+        Angle by which the person has turned since the first photo of the scene, degrees.
     """
 
     parts: IntArray
@@ -110,8 +111,8 @@ class Scene(Sitting):
 
 
 def sort_faces(avatar: Avatar) -> FaceKinds:
-    """Sort an avatar's faces; the mouth's pocket is no wall of the solid, so that it counts as
-    filled."""
+    """Sort an avatar's faces. The pocket of the mouth is not a wall of the solid, so that it counts
+    as filled."""
     rest = avatar.skin(avatar.rest_transforms)
     wig = np.isin(
         avatar.mesh_ids,
@@ -139,15 +140,15 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
 
 @dataclass(frozen=True, eq=False)
 class Dressed:
-    """A person who can be photographed.
+    """A person with all data for photographs.
 
     Attributes
     ----------
     prepared : PreparedAvatar
     faces : FaceKinds
-        The avatar's `sort_faces`.
+        Result of `sort_faces` for the avatar.
     guide : Guide
-        Of the avatar's sex and outfit.
+        Guide of the avatar's sex and outfit.
     """
 
     prepared: PreparedAvatar
@@ -157,18 +158,18 @@ class Dressed:
 
 @dataclass(frozen=True, eq=False)
 class PoseSource:
-    """What poses are drawn from.
+    """Sources of poses.
 
     Attributes
     ----------
     library : PoseLibrary
-        Poses in action.
+        Poses from recorded actions.
     frames : MotionFrames, optional
-        All frames of the recordings: poses in action are drawn from these instead.
+        All frames of the recordings. If given, poses from actions are drawn from these instead.
     varied : callable, optional
-        Draws the poses of ``settings.varied``.
+        Function that draws the poses of ``settings.varied``.
     stance : str
-        Of `STANCES`, instead of all others; "" for none.
+        Class of `STANCES` that replaces all other poses; "" for none.
     """
 
     library: PoseLibrary
@@ -194,8 +195,8 @@ def draw_scene(
     ----------
     person, poses, settings, generator
     clutter, chance
-        What is around the person, and draws where: all else is drawn from `generator`, so that it
-        is as without, but for arms that hold.
+        Objects around the person, and the generator of their positions. All else is drawn from
+        `generator`, so that it is the same without objects, except for arms that hold one.
     again : of another photo of that person: by how many degrees they have turned, and what draws
     pose and camera anew
     """
@@ -238,7 +239,7 @@ def draw_scene(
 
 
 def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) -> Surface:
-    """An avatar's surface elsewhere."""
+    """Return an avatar's surface with other vertices."""
     return Surface(
         vertices=vertices,
         faces=avatar.faces,
@@ -250,7 +251,7 @@ def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) 
 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
-    """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
+    """Return the camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is
     `factor` meters."""
     aim = (-factor * origin).tolist()
     return {
@@ -264,7 +265,7 @@ def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, obj
 def _draw_guide(
     placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator
 ) -> FloatArray:
-    """The guide's vertices (G, 3) in the frame of the person, wrong as fits are."""
+    """Draw the guide's vertices (G, 3) in the frame of the person, with the errors of fits."""
     outfit, frame = placed.outfit, placed.frame
     wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
     posed = guide.posed(
@@ -276,8 +277,8 @@ def _draw_guide(
 
 
 def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
-    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor`
-    meters."""
+    """Return the camera of a photo of the square, in coordinates around `origin` (3,) whose unit is
+    `factor` meters."""
     scale = square.fill * PHOTO_SIZE / square.extent / factor
     right, up = scale * factor * (square.middle - origin[:2])
     return OrthographicCamera(
@@ -287,10 +288,11 @@ def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCa
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """What a photo is of: a square of the frame, and things in the frame with their patterns, if
-    there are any; whether it is cut.
+    """Content of a photo: a square of the frame, and objects in the frame with their patterns, if
+    any.
 
-    `middle` (2,) is that of the person's box.
+    It also holds whether the border cuts the person, and `middle` (2,), the middle of the person's
+    box.
     """
 
     middle: FloatArray
@@ -299,7 +301,7 @@ class _Setting:
     cut: bool = False
 
     def around(self, clutter: Clutter) -> dict[str, object]:
-        """See `Scene`."""
+        """Return `Scene.around`."""
         found: dict[str, object] = {}
         if self.things is not None:
             found = {
@@ -314,8 +316,8 @@ class _Setting:
 def _set(
     placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None
 ) -> _Setting:
-    """Things around a person and the square that is photographed of them, such that enough of the
-    person is left."""
+    """Place objects around a person, and draw the photographed square, so that enough of the person
+    is visible."""
     avatar, seen = placed.outfit.avatar, placed.seen
     square = Square.around(seen, settings.fill)
     alone = _Setting(square.middle, square)
@@ -338,7 +340,7 @@ def _set(
 
 
 def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: float) -> Scene:
-    """The scene with the setting's things, whose coordinates become those of `_camera`."""
+    """Return the scene with the setting's objects, in the coordinates of `_camera`."""
     if setting.things is None:
         return scene
     thing, patterns = setting.things
@@ -349,7 +351,8 @@ def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: f
 def _draw_pose(
     poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator
 ) -> tuple[Pose, str, float]:
-    """A pose for an avatar, its name, and the turn about the vertical, degrees."""
+    """Draw a pose for an avatar; returns the pose, its name, and the turn about the vertical,
+    degrees."""
     if poses.stance:
         pose, yaw = draw_stance(poses.stance, generator)
         return pose, poses.stance, yaw
@@ -375,7 +378,7 @@ def _common_pose(
     generator: np.random.Generator,
     recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None,
 ) -> tuple[Pose, str]:
-    """A pose in action, between A and T, or natural, and its name."""
+    """Draw a pose from an action, between A and T, or a natural one; returns it and its name."""
     kind = generator.random()
     if kind < settings.actions and recorded:
         pose, name = recorded(generator)
@@ -397,7 +400,7 @@ _ALIGNED = (
         for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
     ),
 )
-"""Bones whose heads a fit lays on the photo's joints."""
+"""Bones whose heads a fit aligns with the photo's joints."""
 
 
 def _disturb_in_place(
@@ -407,8 +410,10 @@ def _disturb_in_place(
     settings: StudioSettings,
     generator: np.random.Generator,
 ) -> FloatArray:
-    """`disturb`, then moved in the image plane: a fit that turns a bone moves the body until the
-    joints lie on the photo's again."""
+    """Disturb a pose (`disturb`), then move it in the image plane.
+
+    A fit with a turned bone moves the body until its joints match the photo's again.
+    """
     wrong = disturb(avatar, transforms, view, settings.guide, generator)
     aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
     gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)

@@ -1,5 +1,5 @@
-"""Persons: a shape of Anny's, a skin, hair, clothes, shoes and sometimes a hat, as an `Avatar` that
-the studio photographs like any other."""
+"""Persons as `Avatar`s for the studio: a shape of Anny's, a skin, hair, clothes, shoes and
+sometimes a hat."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ HELD_OUT: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "hair": ("braid01", "short02", "afro01"),
     }
 )
-"""Worn by nobody of the training split, and by everybody of the validation split."""
+"""Items that nobody in the training split wears, and everybody in the validation split."""
 ODD_SKINS = ("default", "toon01", "special_suit")
 ODD_CLOTHES = ("male_worksuit01",)
-"""Its texture is painted for another layout than its mesh has."""
+"""Clothes with a texture that is painted for another layout than their mesh's."""
 HATS = ("fedora", "fedora_cocked")
 WOMENS_HAIR = ("afro01", "bob01", "bob02", "braid01", "long01", "ponytail01", "short03")
 UNDER_HATS = ("short03", "short04")
@@ -80,7 +80,7 @@ EYE_COLORS = ((70, 44, 24), (92, 66, 40), (70, 100, 120), (86, 106, 74), (40, 28
 
 @dataclass(frozen=True)
 class Person:
-    """Who is drawn: a shape by Anny's parameters, and what is worn by name ("" for none)."""
+    """A drawn person: a shape by Anny's parameters, and the names of the items ("" for none)."""
 
     name: str
     shape: Mapping[str, float]
@@ -94,16 +94,16 @@ class Person:
 
 
 class Wardrobes:
-    """What an archive of MakeHuman's has to wear, by kind and split.
+    """The items of an archive of MakeHuman's, by kind and split.
 
     Raises
     ------
     InputError
-        The archive is missing or broken, or has nothing to wear for a split.
+        The archive is missing or broken, or has no items for a split.
     """
 
     def __init__(self, data: str | os.PathLike[str]) -> None:
-        """`data` is the folder that holds the archive."""
+        """`data` is the folder of the archive."""
         self.archive = Archive(Path(data) / ARCHIVE)
         self._clothes = {
             name: path
@@ -119,8 +119,8 @@ class Wardrobes:
         self._items: dict[str, Item] = {}
 
     def names(self, kind: str, split: str, *, sex: str = "") -> tuple[str, ...]:
-        """What of a kind ("skins", "clothes", "hair", "shoes", "hats") people of a split have; of
-        their `sex` ("female", "male") if that is given."""
+        """Return the names of items of a kind ("skins", "clothes", "hair", "shoes", "hats") for a
+        split, of one `sex` ("female", "male") if given."""
         known = {"skins": self._skins, "hair": self._hair}.get(kind, self._clothes)
         held = HELD_OUT.get(kind, ())
         found = []
@@ -143,7 +143,7 @@ class Wardrobes:
         return tuple(found)
 
     def item(self, name: str) -> Item:
-        """Something to wear, read once."""
+        """Return an item, read once."""
         if name not in self._items:
             path = self._hair.get(name) or self._clothes.get(name)
             if path is None:
@@ -152,13 +152,13 @@ class Wardrobes:
         return self._items[name]
 
     def skin(self, name: str) -> ByteArray:
-        """The texture (H, W, 3) of a skin."""
+        """Return the texture (H, W, 3) of a skin."""
         return np.ascontiguousarray(self.archive.texture(self._skins[name])[..., :3])
 
 
 def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str, float]:
-    """Anny's shape parameters of somebody of a sex ("female", "male") and age (1/3 is a child of
-    about ten, 2/3 a young adult, 1 old)."""
+    """Draw Anny's shape parameters for a sex ("female", "male") and age (1/3 is a child of about
+    ten, 2/3 a young adult, 1 old)."""
     shape = {
         "gender": float(
             generator.uniform(0.85, 1) if sex == "female" else generator.uniform(0, 0.15)
@@ -176,7 +176,7 @@ def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str
 
 
 def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Person:
-    """A person of a split; the same numbers give the same one."""
+    """Draw a person of a split; the same numbers give the same person."""
     generator = np.random.default_rng([seed, SPLITS.index(split), number, Stream.PERSON])
 
     def choose(names: Sequence[str]) -> str:
@@ -234,8 +234,8 @@ def dress(person: Person, wardrobes: Wardrobes) -> Dressed:
 
 
 class _Pieces:
-    """Meshes that are put together: vertices, weights, faces and their corners on textures of their
-    own."""
+    """Meshes that are joined: vertices, weights, faces and their corners, each on its own
+    texture."""
 
     def __init__(self) -> None:
         self.vertices: list[FloatArray] = []
@@ -256,8 +256,8 @@ class _Pieces:
         uv: FloatArray,
         image: ByteArray,
     ) -> None:
-        """Another mesh; vertices that no face has are left out. `uv` (F, 3, 2) has its origin at
-        the lower left."""
+        """Add a mesh without its unused vertices. `uv` (F, 3, 2) has its origin at the lower
+        left."""
         if not len(faces):
             return
         used, index = np.unique(faces, return_inverse=True)
@@ -272,7 +272,7 @@ class _Pieces:
 
 
 def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
-    """The person's skin, eyes and clothes as one rigged mesh in T-pose."""
+    """Join the person's skin, eyes and clothes to one rigged mesh in T-pose."""
     base = load_base()
     worn = [
         ("cloth", person.outfit),
@@ -339,7 +339,7 @@ def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
 
 
 def garments(avatar: Avatar) -> Wardrobe:
-    """Where a dressed avatar's texture shows clothes that may take other colors."""
+    """Find the clothes that may take other colors in a dressed avatar's texture."""
     meshes = [
         index
         for index, name in enumerate(avatar.mesh_names)
@@ -358,8 +358,8 @@ def garments(avatar: Avatar) -> Wardrobe:
     chosen = np.flatnonzero(np.isin(avatar.mesh_ids, meshes))
     faces = avatar.faces[chosen]
     piece = piece_of_faces(len(avatar.parts), faces)
-    # a shirt is of one color down to its hem: what is sewn together has the body part that most of
-    # it is on
+    # a shirt has one color down to its hem: a connected piece has the body part that it mostly
+    # covers
     held = np.zeros((int(piece.max()) + 1, len(PARTS)), int)
     np.add.at(held, (piece, avatar.parts[faces[:, 0]]), 1)
     part = paint_faces(avatar, chosen, held.argmax(axis=1)[piece])
@@ -369,7 +369,7 @@ def garments(avatar: Avatar) -> Wardrobe:
 
 
 def make_guide(shaped: Shaped, name: str) -> Guide:
-    """The person's own body as the guide: what a perfect fit would have found under the clothes."""
+    """Return the person's own body as the guide: the result of a perfect fit under the clothes."""
     model = load_body_model()
     faces = np.asarray(model.faces, np.int64)
     piece = piece_of_faces(len(shaped.body), faces)
@@ -400,7 +400,8 @@ def make_guide(shaped: Shaped, name: str) -> Guide:
 
 
 def eye_corners(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Texture coordinates (F, 3, 2) of an eye: u is the angle from its gaze (+z), 1 at the back."""
+    """Return the texture coordinates (F, 3, 2) of an eye: u is the angle from its gaze (+z), 1 at
+    the back."""
     corner = vertices[faces] - vertices[np.unique(faces)].mean(axis=0)
     u = (
         np.arccos(
@@ -412,7 +413,8 @@ def eye_corners(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def eye_texture(color: tuple[float, float, float]) -> ByteArray:
-    """Pupil, iris of an sRGB color, white, by the angle from the gaze (16, 180, 3)."""
+    """Return pupil, iris of an sRGB color, and white of an eye by the angle from the gaze (16, 180,
+    3)."""
     strip = np.full((16, 180, 3), (228, 222, 216), np.uint8)
     strip[:, :27] = np.clip(color, 0, 255).astype(np.uint8)
     strip[:, :11] = 8
@@ -420,7 +422,7 @@ def eye_texture(color: tuple[float, float, float]) -> ByteArray:
 
 
 def filled_texture(texture: ByteArray) -> ByteArray:
-    """A texture (H, W, 4) without its opacity: what is transparent takes the mean color."""
+    """Fill transparent texels of a texture (H, W, 4) with the mean color, and drop the opacity."""
     clear = texture[..., 3] < 128
     result = np.ascontiguousarray(texture[..., :3])
     if clear.any() and not clear.all():
@@ -429,7 +431,7 @@ def filled_texture(texture: ByteArray) -> ByteArray:
 
 
 def tinted(texture: ByteArray, color: tuple[float, float, float]) -> ByteArray:
-    """A texture of hair (H, W, 3) in another sRGB color, its strands kept."""
+    """Tint a texture of hair (H, W, 3) with another sRGB color; the strands stay visible."""
     light = texture.astype(np.float32).mean(axis=-1, keepdims=True)
     strands = np.clip(light / max(float(light.mean()), 1.0), 0.4, 1.5) ** 0.8
     return np.asarray(np.rint(np.clip(strands * np.array(color, np.float32), 0, 255)), np.uint8)
@@ -443,12 +445,12 @@ class Dresser:
     data : path
         Folder with `ARCHIVE` and the motion data.
     seed : int
-        Of the data set.
+        Seed of the data set.
 
     Raises
     ------
     InputError
-        As of `Wardrobes`.
+        See `Wardrobes`.
     """
 
     def __init__(self, data: str | os.PathLike[str], seed: int) -> None:
@@ -458,21 +460,21 @@ class Dresser:
 
     @cached_property
     def frames(self) -> MotionFrames:
-        """What people in action do.
+        """Frames of people in action.
 
         Raises
         ------
         InputError
-            As of `MotionFrames`.
+            See `MotionFrames`.
         """
         return MotionFrames(self._data)
 
     def person(self, split: str, number: int) -> Person:
-        """Who it is."""
+        """Draw the person of a number."""
         return draw_person(self.wardrobes, split, number, self._seed)
 
     def dressed(self, split: str, number: int) -> Dressed:
-        """The person, dressed; the last two are kept."""
+        """Return the person, dressed; the last two are cached."""
         key = (split, number)
         if key not in self._last:
             self._last = dict([*self._last.items()][-1:])

@@ -171,6 +171,35 @@ def disturb(
     return result
 
 
+_ALIGNED = (
+    "Head",
+    *(
+        f"{side}{bone}"
+        for side in ("Left", "Right")
+        for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
+    ),
+)
+"""Bones whose heads a fit aligns with the photo's joints."""
+
+
+def disturb_in_place(
+    avatar: Avatar,
+    transforms: FloatArray,
+    view: FloatArray,
+    errors: GuideErrors,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Disturb a pose (`disturb`), then move it in the image plane.
+
+    A fit with a turned bone moves the body until its joints match the photo's again.
+    """
+    wrong = disturb(avatar, transforms, view, errors, generator)
+    aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
+    gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
+    wrong[:, :3, 3] -= gap - (gap @ view) * view
+    return wrong
+
+
 def _placed(
     result: FloatArray,
     error: FloatArray,

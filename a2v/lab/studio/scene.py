@@ -4,18 +4,16 @@ guide that a fit would find."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.lab.studio.avatars import Avatar
-from a2v.lab.studio.frames import MotionFrames
 from a2v.lab.studio.guide import Guide
-from a2v.lab.studio.guide_errors import disturb, girth_errors
-from a2v.lab.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
+from a2v.lab.studio.guide_errors import disturb_in_place, girth_errors
+from a2v.lab.studio.pose_source import PoseSource, draw_pose
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.solid import (
     OPEN_RAYS,
@@ -26,7 +24,6 @@ from a2v.lab.studio.solid import (
     smooth_normals,
     weld,
 )
-from a2v.lab.studio.stances import draw_stance
 from a2v.lab.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
 from a2v.lab.studio.things.framing import LEAST_LEFT, Square, share_left, unhidden
@@ -156,28 +153,6 @@ class Dressed:
     guide: Guide
 
 
-@dataclass(frozen=True, eq=False)
-class PoseSource:
-    """Sources of poses.
-
-    Attributes
-    ----------
-    library : PoseLibrary
-        Poses from recorded actions.
-    frames : MotionFrames, optional
-        All frames of the recordings. If given, poses from actions are drawn from these instead.
-    varied : callable, optional
-        Function that draws the poses of ``settings.varied``.
-    stance : str
-        Class of `STANCES` that replaces all other poses; "" for none.
-    """
-
-    library: PoseLibrary
-    frames: MotionFrames | None = None
-    varied: Callable[[np.random.Generator], Pose] | None = None
-    stance: str = ""
-
-
 def draw_scene(
     person: Dressed,
     poses: PoseSource,
@@ -197,14 +172,15 @@ def draw_scene(
     clutter, chance
         Objects around the person, and the generator of their positions. All else is drawn from
         `generator`, so that it is the same without objects, except for arms that hold one.
-    again : of another photo of that person: by how many degrees they have turned, and what draws
-    pose and camera anew
+    again : pair of float and numpy Generator, optional
+        For another photo of the same person: the turn in degrees, and the generator of its pose and
+        camera.
     """
     prepared, guide = person.prepared, person.guide
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     turn, generator = again or (0.0, generator)
-    pose, name, yaw = _draw_pose(poses, plain, settings, generator)
+    pose, name, yaw = draw_pose(poses, plain, settings, generator)
     placed = stand(
         outfit,
         pose | clutter.grip,
@@ -267,7 +243,9 @@ def _draw_guide(
 ) -> FloatArray:
     """Draw the guide's vertices (G, 3) in the frame of the person, with the errors of fits."""
     outfit, frame = placed.outfit, placed.frame
-    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
+    wrong = disturb_in_place(
+        outfit.avatar, placed.transforms, frame.axes[2], settings.guide, generator
+    )
     posed = guide.posed(
         outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong
     )
@@ -346,76 +324,3 @@ def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: f
     thing, patterns = setting.things
     thing = dataclasses.replace(thing, vertices=factor * (thing.vertices - origin))
     return dataclasses.replace(scene, shown=among(scene, thing, patterns))
-
-
-def _draw_pose(
-    poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator
-) -> tuple[Pose, str, float]:
-    """Draw a pose for an avatar; returns the pose, its name, and the turn about the vertical,
-    degrees."""
-    if poses.stance:
-        pose, yaw = draw_stance(poses.stance, generator)
-        return pose, poses.stance, yaw
-    if poses.varied is not None and generator.random() < settings.varied:
-        pose, name = poses.varied(generator), "varied"
-    else:
-        recorded = partial(poses.frames.draw, avatar) if poses.frames else None
-        pose, name = _common_pose(poses.library, settings, generator, recorded)
-    return (
-        pose,
-        name,
-        float(
-            generator.normal(0, settings.yaw)
-            if generator.random() < settings.facing
-            else generator.uniform(-180, 180)
-        ),
-    )
-
-
-def _common_pose(
-    library: PoseLibrary,
-    settings: StudioSettings,
-    generator: np.random.Generator,
-    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None,
-) -> tuple[Pose, str]:
-    """Draw a pose from an action, between A and T, or a natural one; returns it and its name."""
-    kind = generator.random()
-    if kind < settings.actions and recorded:
-        pose, name = recorded(generator)
-    elif kind < settings.actions:
-        index = int(generator.integers(len(library.actions)))
-        pose, name = library.pose(index), library.actions[index]
-    elif kind < settings.actions + settings.open:
-        pose, name = open_pose(generator), "open"
-    else:
-        pose, name = natural_pose(generator), "natural"
-    return joint_noise(pose, generator), name
-
-
-_ALIGNED = (
-    "Head",
-    *(
-        f"{side}{bone}"
-        for side in ("Left", "Right")
-        for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")
-    ),
-)
-"""Bones whose heads a fit aligns with the photo's joints."""
-
-
-def _disturb_in_place(
-    avatar: Avatar,
-    transforms: FloatArray,
-    view: FloatArray,
-    settings: StudioSettings,
-    generator: np.random.Generator,
-) -> FloatArray:
-    """Disturb a pose (`disturb`), then move it in the image plane.
-
-    A fit with a turned bone moves the body until its joints match the photo's again.
-    """
-    wrong = disturb(avatar, transforms, view, settings.guide, generator)
-    aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
-    gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
-    wrong[:, :3, 3] -= gap - (gap @ view) * view
-    return wrong

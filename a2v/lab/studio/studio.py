@@ -21,15 +21,17 @@ from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and
 from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
+from a2v.lab.studio.makehuman.dressing import Dresser, dress
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import Dresser, Wardrobes, dress
+from a2v.lab.studio.makehuman.people import Wardrobes
 from a2v.lab.studio.photograph import Around, Photograph, light_scene, photograph_scene
+from a2v.lab.studio.pose_source import PoseSource
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.poses import draw_pose
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.lab.studio.samples import sample_space, sample_surface
-from a2v.lab.studio.scene import Dressed, FaceKinds, PoseSource, Scene, draw_scene, sort_faces
+from a2v.lab.studio.scene import Dressed, FaceKinds, Scene, draw_scene, sort_faces
 from a2v.lab.studio.settings import VERSION, StudioSettings
 from a2v.lab.studio.stand import Sitting, prepare_avatar
 from a2v.lab.studio.streams import Stream

@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
-from a2v.lab.studio.makehuman.people import Dresser
+from a2v.lab.studio.makehuman.dressing import Dresser
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.photo import places_of, quick_view, softened
 from a2v.lab.studio.quick.poses import draw_pose

@@ -249,9 +249,7 @@ def _facing(
     posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera
 ) -> tuple[FloatArray, FloatArray]:
     """Turn the vertices (V, 3) and rotations (V, 3, 3) of the body like the head in the photo.
-
-    Otherwise teeth and tongue, which lie deep in the head, would be off to a side.
-    """
+    Otherwise the deep teeth and tongue would be off to a side."""
     from scipy.spatial.transform import Rotation
 
     ids, weights = face_landmarks()

@@ -40,11 +40,8 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
     lowest = joints[..., 1].min(axis=-1).astype(np.float64)
     floor = lowest[:, :window].min(axis=1)
     lift = np.zeros_like(lowest)
-    for _ in range(
-        3
-        # the lowest joint is at the start of a slope, so that a third of the slope remains after one
-        # pass
-    ):
+    # The lowest joint is at the start of a slope, so that a third of it remains after one pass.
+    for _ in range(3):
         level = np.stack(
             [
                 (lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1)

@@ -26,7 +26,7 @@ from a2v.types import Body, FloatArray, Motion
 
 @dataclass(frozen=True)
 class RetargetSettings:
-    """How a motion is put on a body.
+    """Settings of retargeting.
 
     Attributes
     ----------

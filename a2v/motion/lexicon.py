@@ -192,10 +192,8 @@ def root(word: str) -> str:
 
 
 def plain_words(text: str) -> list[str]:
-    """Split a text into lower-case words; "don't" is "dont", "t-rex" is two words.
-
-    A comparison with a whole sentence ("like nobody is watching") is left out.
-    """
+    """Split a text into lower-case words; "don't" is "dont", "t-rex" is two words. A comparison
+    with a whole sentence ("like nobody is watching") is left out."""
     words = re.findall(r"[a-z0-9]+", text.lower().replace("'", "").replace("’", ""))
     for at in range(1, len(words) - 2):
         if words[at] == "like" and words[at + 1] in SUBJECTS and words[at + 2] in AUXILIARIES:
@@ -267,11 +265,8 @@ def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
 
 
 def _class_of(words: Sequence[str], at: int, stem: str) -> str:
-    """Return the class of a word at its position.
-
-    After an article it is no verb. A word in -ing, or one that begins a prompt, is a verb if it can
-    be.
-    """
+    """Return the class of a word at its position. After an article it is no verb; a word in -ing,
+    or one that begins a prompt, is a verb if it can be."""
     kinds = dictionary().get(stem, "")
     if "v" in kinds and kinds != "v":
         before = words[at - 1] if at else ""
@@ -362,11 +357,8 @@ def _mendable(vocabulary: tuple[str, ...]) -> tuple[str, ...]:
 
 @cache
 def synonyms() -> tuple[dict[tuple[str, ...], list[str]], int]:
-    """Map stems of a phrase to stems of the same meaning, and return the length of the longest
-    phrase.
-
-    "=cheer" means exactly that word, no other with its stem.
-    """
+    """Map phrases to stems of the same meaning ("=cheer": only that exact word); also return the
+    length of the longest phrase."""
     with SYNONYMS.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     table = {

@@ -59,12 +59,13 @@ training data (docs/research/fitting.md)."""
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether the `FitResult.residuals` show that the body does not match the person."""
+    """Return whether the `FitResult.residuals` show that the body does not match the person."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
-    """Whether the residuals show that the detector's landmarks do not match the person either."""
+    """Return whether the residuals show that the detector's landmarks do not match the person
+    either."""
     return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.other_landmarks
 
 

@@ -46,7 +46,7 @@ _MAGICS = (b"Kaydara FBX Binary", b"; FBX")
 
 
 def can_write() -> bool:
-    """Whether Node and the packages are installed."""
+    """Return whether Node and the packages are installed."""
     return find_node() is not None and PACKAGES.installed
 
 

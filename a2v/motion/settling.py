@@ -36,7 +36,8 @@ MOST_APART = 0.03
 
 
 def rises(card: ModelCard, action: str) -> bool:
-    """Whether an action of a model may end higher than it began: climbing and stepping up."""
+    """Return whether an action of a model may end higher than it began: climbing and stepping
+    up."""
     return action in RISING or any(f"coarse:{name}" in _traits(card, action) for name in RISING)
 
 

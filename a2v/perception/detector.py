@@ -364,8 +364,8 @@ def _paint_over(picture: ByteArray, region: BoolArray) -> ByteArray:
 
 
 def _is_plausible(person: Detection) -> bool:
-    """Whether landmarks and mask belong to the same figure (mediapipe sometimes detects one in a
-    texture)."""
+    """Return whether landmarks and mask belong to the same figure (mediapipe sometimes detects one
+    in a texture)."""
     height, width = person.mask.shape
     if person.area < 0.001 * height * width:
         return False

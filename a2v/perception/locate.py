@@ -258,8 +258,8 @@ def resize(picture: Any, size: tuple[int, int]) -> Any:
 
 
 def _agree(a: FloatArray, b: FloatArray) -> bool:
-    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's
-    extent."""
+    """Return whether two sets of landmarks are the same person: median distance under 8 % of the
+    figure's extent."""
     both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
     if both.sum() < 4:
         return False

@@ -55,7 +55,8 @@ def probability_of_people(picture: ByteArray) -> FloatArray:
 
 
 def may_lack_parts(person: Detection) -> bool:
-    """Whether the detector's confidence of a limb is low, or a limb lies outside of the mask."""
+    """Return whether the detector's confidence of a limb is low, or a limb lies outside of the
+    mask."""
     height, width = person.mask.shape
     limbs = person.keypoints[_LIMB_LANDMARKS]
     columns, rows = (

@@ -263,8 +263,8 @@ def outer_faces(surface: Surface) -> IntArray:
 def of_other_parts(
     points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
 ) -> BoolArray:
-    """Which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the truth
-    (M, 3) has only elsewhere.
+    """Return which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the
+    truth (M, 3) has only elsewhere.
 
     See `OWN_COLOR`. Colors that no part has (shading, highlights) do not count.
     """

@@ -351,10 +351,8 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
 
 
 def _expressions(character: Character) -> dict[str, Any]:
-    """Return VRM's expressions and, as custom ones, ARKit's.
-
-    Without a face they are present but empty, because viewers need them to find the eyes.
-    """
+    """Return VRM's expressions and, as custom ones, ARKit's. Without a face they are present but
+    empty, because viewers need them to find the eyes."""
     face, node = character.surface.face, len(character.body.bone_names)
     if face is None:
         return {"preset": {}}

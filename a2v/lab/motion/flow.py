@@ -281,8 +281,7 @@ class FlowNetwork(nn.Module):
             and later guidance only reduces variety (Kynkäänniemi et al. 2024).
         steer : callable or None
             Moves codes (B, D) toward the constraints. It is applied to the predicted final code at
-            every evaluation, and to the result. The flow determines everything that the constraints
-            leave open.
+            every evaluation, and to the result.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]

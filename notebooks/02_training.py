@@ -193,7 +193,7 @@ for name, mine, theirs in zip(library._fields, by_hand, library, strict=True):
 DECODER = "glmi-m"
 rows, models = {}, {}
 settings = TrainSettings(
-    iterations=4 if SMALL else 40, batch_size=8, threads=1, device="cpu",
+    iterations=4 if SMALL else 24, batch_size=8, threads=1, device="cpu",
     learning_rate=2e-3, schedule="cosine", log_every=1 if SMALL else 2,
 )  # fmt: skip
 for kind in ("learned", "fixed"):

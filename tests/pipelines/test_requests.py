@@ -76,6 +76,7 @@ UNUSABLE = {
     "pifu_color",
     "pamir_geometry",
     "pamir_texture",
+    "pamir_refine",
     "implicit.weights",
     "implicit.digest",
 }

@@ -1,5 +1,4 @@
-"""From the bundled photo and an action to the promised files, small; again, interrupted, killed and
-in part."""
+"""From the bundled photo and an action to all files: small, repeated, interrupted and partial."""
 
 from __future__ import annotations
 
@@ -225,8 +224,10 @@ def count(cache: Path, node: str) -> int:
 
 
 def settled_count(cache: Path, node: str) -> int:
-    """The count once nobody finishes any more: workers end with their parent, but on a busy machine
-    what they are at may come first."""
+    """Return the count after all workers have ended.
+
+    Workers end with their parent, but on a busy machine their current task may finish first.
+    """
     kept, since = count(cache, node), time.monotonic()
     while time.monotonic() < since + 2:
         time.sleep(0.1)
@@ -237,7 +238,7 @@ def settled_count(cache: Path, node: str) -> int:
 
 @pytest.fixture
 def copied_store(made, tmp_path) -> Path:
-    """The store as `made` left it, for tests that count."""
+    """The store as `made` left it, for tests that count calls."""
     return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
 
 

@@ -1,4 +1,4 @@
-"""Fitting a body to synthetic subjects whose truth is known."""
+"""Fitting a body to synthetic subjects with known ground truth."""
 
 from __future__ import annotations
 
@@ -44,9 +44,7 @@ def test_a_standing_person_is_recovered(
     assert errors.max() < 0.15
     flat = result.camera.flatten(result.body.vertices)
     raster = rasterize(flat, result.body.faces, result.camera.flat, subject.mask.shape)["mask"]
-    assert (
-        mask_iou(raster, subject.mask > 0.5) > 0.95
-    )  # what the residuals say holds at full resolution
+    assert mask_iou(raster, subject.mask > 0.5) > 0.95  # the residuals hold at full resolution
     assert abs(result.residuals["height"] - 1.7) < 0.12
 
 
@@ -63,7 +61,7 @@ def test_the_frame_is_the_photos(
     )
     assert error.mean() == pytest.approx(result.residuals["keypoint_mean"], rel=1e-3)
     assert set(result.residuals["keypoints"]) == set(BLAZEPOSE)
-    # bones and skin of the record agree
+    # bones and skin in the saved record agree
     weights, rest = result.body.weights, result.body.rest_transforms
     assert weights.shape[1] == len(rest) == len(result.body.bone_transforms)
 
@@ -82,7 +80,7 @@ def test_the_detectors_bent_legs_are_not_believed() -> None:
     body = random_body(2)
     subject, _ = subject_of(body)
     points = subject.keypoints_3d.copy()
-    for side in ("left", "right"):  # what mediapipe does to people who stand
+    for side in ("left", "right"):  # errors that mediapipe makes for standing people
         points[BLAZEPOSE.index(f"{side}_knee"), 2] -= 0.04
         for joint in ("ankle", "heel", "foot_index"):
             points[BLAZEPOSE.index(f"{side}_{joint}"), 2] -= 0.2

@@ -1,5 +1,4 @@
-"""Several photos of one person: how they are asked for, what they share with one photo, and that a
-character comes out."""
+"""Several photos of one person: requests, shared results with one photo, and a character."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 @pytest.fixture(scope="module")
 def photos(tmp_path_factory) -> list[str]:
-    """The sample's person, and the same seen in a mirror, once as it is and once half as bright."""
+    """The sample's person, and its mirror image unchanged and half as bright."""
     folder, picture = tmp_path_factory.mktemp("photos"), ImageOps.mirror(Image.open(SAMPLE))
     picture.save(folder / "mirrored.jpg", quality=95)
     picture.point([value // 2 for value in range(256)] * 3).save(folder / "dark.jpg", quality=95)

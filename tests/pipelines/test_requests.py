@@ -74,6 +74,7 @@ UNUSABLE = {
     "pifu_color",
     "pamir_geometry",
     "pamir_texture",
+    "pamir_refine",
     "implicit.weights",
     "implicit.digest",
 }

@@ -358,6 +358,8 @@ def test_losses_against_closed_forms():
     assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-3)
     steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)
     assert norm.alignment.item() == pytest.approx(steps.mean(), rel=1e-4)
+    squared = vae_losses(moved, joints, alignment="mse").alignment
+    assert squared.item() == pytest.approx((steps**2).mean() / 3, rel=1e-4)
 
 
 @pytest.mark.parametrize("decoder", DECODERS)

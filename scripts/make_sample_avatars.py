@@ -28,7 +28,8 @@ from a2v.animation.rig_spec import OWN_RIG
 from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.lab.studio.avatars import a_pose
-from a2v.lab.studio.makehuman.people import Person, Wardrobes, draw_person, dress
+from a2v.lab.studio.makehuman.dressing import dress
+from a2v.lab.studio.makehuman.people import Person, Wardrobes, draw_person
 from a2v.lab.studio.portrait import PortraitSettings, take_portrait
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Character, Surface

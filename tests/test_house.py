@@ -38,9 +38,6 @@ MANY_PARAMETERS: dict[str, str] = {
 }
 LONG_FILES: dict[str, str] = {
     "a2v/types.py": "all types on the arrows, most of it what their fields mean",
-    "a2v/lab/studio/makehuman/people.py": "to be split",
-    "a2v/lab/studio/rooms.py": "to be split",
-    "a2v/lab/studio/scene.py": "to be split",
     "export/sample.py": "one file that needs nothing of this project: it is copied alone",
 }
 

@@ -102,8 +102,8 @@ def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
 
 
 def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
-    """Anny's vertices that cannot be reached from the crown without crossing the front between
-    brows and chin."""
+    """Return Anny's vertices that cannot be reached from the crown without crossing the front
+    between brows and chin."""
     import cv2
 
     ids, weights = face_landmarks()

@@ -9,6 +9,7 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
+from a2v.lab.studio.makehuman.dressing import Dresser, filled_texture, tinted
 from a2v.lab.studio.makehuman.hm08 import (
     RIG_BONES,
     RIG_PARENTS,
@@ -18,14 +19,7 @@ from a2v.lab.studio.makehuman.hm08 import (
     sparse_weights,
 )
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import (
-    ARCHIVE,
-    HELD_OUT,
-    Dresser,
-    draw_person,
-    filled_texture,
-    tinted,
-)
+from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, draw_person
 from a2v.lab.studio.posing import POSED_BONES, PoseLibrary
 from a2v.lab.studio.scene import Dressed
 from a2v.lab.studio.settings import StudioSettings

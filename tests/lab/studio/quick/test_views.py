@@ -17,7 +17,8 @@ from a2v.errors import InputError
 from a2v.io import write_npz
 from a2v.lab.studio.avatars import Avatar
 from a2v.lab.studio.guide import Guide, guide_key, stack_guides
-from a2v.lab.studio.makehuman.people import ARCHIVE, Dresser
+from a2v.lab.studio.makehuman.dressing import Dresser
+from a2v.lab.studio.makehuman.people import ARCHIVE
 from a2v.lab.studio.quick.bank import make_pose_bank
 from a2v.lab.studio.quick.dataset import write_quick_views
 from a2v.lab.studio.quick.people import HELD_OUT, QuickStudio, quick_split_of

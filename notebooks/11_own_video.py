@@ -38,7 +38,7 @@ from a2v.body.terms import likely_pose
 from a2v.footage import FollowSettings
 from a2v.footage.figure import NAMES, PARENTS, Figure
 from a2v.footage.fit import FilmFit
-from a2v.footage.follow import standing
+from a2v.footage.ground import standing
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import open_reel
 from a2v.footage.starts import starts

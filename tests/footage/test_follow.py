@@ -9,7 +9,8 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.footage.figure import PARENTS, person_skeleton
-from a2v.footage.follow import evenly, follow_person
+from a2v.footage.follow import follow_person
+from a2v.footage.ground import evenly
 from a2v.footage.remarks import clock
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.names import canonical_joints, missing_joints

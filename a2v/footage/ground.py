@@ -29,7 +29,7 @@ _FARTHEST = 3.0
 
 
 def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
-    """Values (T, ...) at `times` (T,), seconds, at `fps` from the first to the last."""
+    """Resample values (T, ...) from `times` (T,), seconds, to `fps` from the first to the last."""
     count = int(np.floor((times[-1] - times[0]) * fps + 1e-6)) + 1
     at = times[0] + np.arange(count) / fps
     if len(times) < 3:

@@ -18,9 +18,9 @@ PIXELS = 512
 VOXELS = 128
 """Side of the body's volume, voxels."""
 FILL = 0.8
-"""The person's longer side as a share of the picture's, as the published pictures have it."""
+"""The person's longer side as a fraction of the picture's, as in the published pictures."""
 UNIT = 500.0
-"""Pixels that one unit of the cube is long at its middle: the focal length over the distance."""
+"""Pixels per unit of the cube at its middle: the focal length over the distance."""
 DISTANCE = 10.0
 SIGMA = 0.05
 """Radius of a vertex's influence on voxels, units."""
@@ -73,11 +73,11 @@ class PamirPerson:
         self._maps = self._seen(self._geometry)
 
     def occupancy(self, points: FloatArray) -> FloatArray:
-        """Chance (N,) that points (N, 3), meters, lie in the person."""
+        """Return the probability (N,) that points (N, 3), meters, lie in the person."""
         return self._geometry.at(self.place(points), **self._maps)
 
     def colors(self, points: FloatArray) -> FloatArray:
-        """sRGB (N, 3) in [0, 1] of points (N, 3), meters."""
+        """Return sRGB (N, 3) in [0, 1] of points (N, 3), meters."""
         network = Converted("pamir-texture", self._texture, PIXELS)
         maps = self._seen(network)
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
@@ -92,8 +92,8 @@ class PamirPerson:
         return found
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3), meters, in the networks' cube; their perspective camera then shows them at
-        the same pixels as our orthographic one."""
+        """Map points (N, 3), meters, to the networks' cube. The networks' perspective camera
+        projects them to the same pixels as our orthographic one."""
         pixels = self._camera.project(np.asarray(points, np.float64))
         depth = (points[:, 2] - self._middle) * self._camera.scale / UNIT
         flat = (pixels - PIXELS / 2) / UNIT * (1 - depth[:, None] / DISTANCE)
@@ -107,7 +107,7 @@ class PamirPerson:
 
 
 def _names(smpl: str, count: int) -> FloatArray:
-    """Return the codes (V, 3) of the vertices: their places in the template's box, in [0, 1]."""
+    """Return the codes (V, 3) of the vertices: their positions in the template's box, in [0, 1]."""
     from a2v.body import make_body
 
     template = make_body(load_body_model(smpl)).vertices

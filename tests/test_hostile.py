@@ -1,5 +1,7 @@
-"""Input that once led to a traceback, to gigabytes or to a wrong result: each is one sentence now,
-or is read rightly."""
+"""Input that once led to a traceback, gigabytes or a wrong result is now handled.
+
+It gives one sentence or is read correctly.
+"""
 
 from __future__ import annotations
 

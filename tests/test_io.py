@@ -1,4 +1,4 @@
-"""Files at the edge: what is read, what is refused, and what a message quotes."""
+"""Files from outside: what is read, what is refused, and what messages quote."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ONNX against PyTorch on the same noise, and `sample.py` alone."""
+"""ONNX agrees with PyTorch on the same noise, and `sample.py` works alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Videos from outside: true times, upright pictures, and one sentence for what is none."""
+"""Videos from outside: true times, upright pictures, and one sentence for anything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keyframes and held joints out of files and words."""
+"""Keyframes and held joints from files and words."""
 
 from __future__ import annotations
 

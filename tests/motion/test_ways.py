@@ -1,4 +1,4 @@
-"""Paths out of words, tables and drawings."""
+"""Paths from words, tables and drawings."""
 
 from __future__ import annotations
 

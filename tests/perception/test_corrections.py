@@ -1,4 +1,4 @@
-"""Corrections: what a file may say, and what they change."""
+"""Corrections: what a file may contain and what it changes."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_a_moved_landmark_is_certain_and_takes_the_hand_along(subject: Subject) 
         subject.keypoints_3d,
         Corrections.of({"landmarks": {"left_wrist": [u + 300, v]}}),
     )
-    assert np.isnan(space[WRIST]).all()  # something else was seen there
+    assert np.isnan(space[WRIST]).all()  # the detector saw something else there
 
 
 @pytest.mark.slow
@@ -175,7 +175,7 @@ def test_the_fitted_wrist_goes_where_the_landmark_is_put(
     asked = at_once.keypoints[WRIST, :2]
     quick = fit_body(
         at_once, settings=FitSettings(rounds=1), initial=fitted
-    )  # what the page draws a second after
+    )  # the page draws this a second later
     assert (
         np.linalg.norm(quick.camera.project(landmarks(quick))[WRIST] - asked)
         < 0.015 * subject.image.shape[0]

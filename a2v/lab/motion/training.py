@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,10 +16,10 @@ from torch import nn
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset, ClipSampler
-from a2v.lab.motion.losses import ReconstructionLoss, vae_losses
+from a2v.lab.motion.losses import AlignmentLoss, ReconstructionLoss, vae_losses
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
+from a2v.lab.runs import NEWER, RateSchedule, Run, RunSettings, Training, carry_on, identity
 
 FILE = "checkpoint.pt"
 KL_END: Mapping[str, float] = {"cmu": 0.1, "ntu_vibe": 0.1}
@@ -59,6 +59,9 @@ class TrainSettings(RunSettings):
         Weight of the KL term at the end; a negative value takes the data set's.
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
+    alignment : "norm" or "mse"
+        That term as in Eq. 12, or the published code's mean squared error, with which roots leap
+        (see docs/research/motion-vae.md).
     reconstruction : "norm" or "mse"
         Eq. 13, or the published code's loss, for which its weights of the KL term were tuned (see
         docs/research/motion-vae.md).
@@ -78,6 +81,7 @@ class TrainSettings(RunSettings):
     kl_start: float = 0.001
     kl_end: float = -1.0
     align_weight: float = 10.0
+    alignment: AlignmentLoss = field(default="norm", metadata=NEWER)
     reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
 
@@ -154,7 +158,11 @@ class VAETraining(Training):
         )
         result = model.reconstruct(joints, actions, lengths, draws, teacher)
         losses = vae_losses(
-            result, joints, reconstruction=settings.reconstruction, roots=model.settings.roots
+            result,
+            joints,
+            reconstruction=settings.reconstruction,
+            roots=model.settings.roots,
+            alignment=settings.alignment,
         )
         total = (
             losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment

@@ -2,9 +2,9 @@
 volume of a posed SMPL body.
 
 Implemented from the paper. Modules have the names of the published files (``pamir_net`` and
-``pamir_tex_net``), some of which hold unused layers. PaMIR's refinement of the body by its own
-field is not implemented. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z
-to the camera, which is 10 in front of the center and has a focal length of 5000 pixels.
+``pamir_tex_net``), some of which hold unused layers. `a2v.lab.papers.body_refinement` refines the
+body by this field. Points (N, 3) lie in the cube [-.5, .5], x to the person's left, y up, z to the
+camera, which is 10 in front of the center and has a focal length of 5000 pixels.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@ volume, and their outputs: occupancy and colors of points."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from a2v.body import load_body_model
@@ -40,6 +42,11 @@ class PamirPerson:
     smpl : str
         SMPL's own file: its template names the places on the body.
 
+    Attributes
+    ----------
+    scale : float
+        Pixels per meter of the networks' picture.
+
     Raises
     ------
     InputError
@@ -63,14 +70,23 @@ class PamirPerson:
             )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
         self._camera, self._middle = frame.camera, float(np.mean(body.vertices[:, 2]))
+        self.scale = frame.camera.scale
         opacity = frame.mask[..., None]
         picture = frame.image.astype(np.float32) / 255 * opacity + (1 - opacity)
         self._image = np.ascontiguousarray(picture.transpose(2, 0, 1)[None], np.float32)
-        self._body = body_volume(
-            self.place(body.vertices), body.faces, _names(smpl, len(body.vertices))
-        )[None]
+        self._faces, self._names = body.faces, _names(smpl, len(body.vertices))
+        self._see(body.vertices)
         self._texture, self._geometry = texture, Converted("pamir", geometry, PIXELS)
         self._maps = self._seen(self._geometry)
+
+    def field_of(self, vertices: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """See the body at the vertices (V, 3), meters, from now on; returns `occupancy`."""
+        self._see(vertices)
+        self._maps["volume"] = self._geometry.run("volume", body=self._body)
+        return self.occupancy
+
+    def _see(self, vertices: FloatArray) -> None:
+        self._body = body_volume(self.place(vertices), self._faces, self._names)[None]
 
     def occupancy(self, points: FloatArray) -> FloatArray:
         """Return the probability (N,) that points (N, 3), meters, lie in the person."""

@@ -10,8 +10,10 @@ from functools import partial
 
 import numpy as np
 
+from a2v.body import load_body_model
 from a2v.errors import InputError
 from a2v.geometry.visibility import person_box, silhouette_iou
+from a2v.lab.papers.body_refinement import Pixels, RefinementSettings, refine_body
 from a2v.lab.papers.converted import Converted
 from a2v.lab.papers.pamir_person import PamirPerson
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
@@ -48,6 +50,8 @@ class PapersSettings:
         Files; "" for none.
     smpl : str
         SMPL's file, with which the body was fitted: PaMIR needs it.
+    pamir_refine : int
+        Steps in which PaMIR's field refines the pose of the body that its networks see; 0 for none.
     pixels : int
         Side of the input picture of PIFu and PIFuHD's coarse level; that of the fine level is twice
         as large.
@@ -65,6 +69,7 @@ class PapersSettings:
     pamir_geometry: str = ""
     pamir_texture: str = ""
     smpl: str = ""
+    pamir_refine: int = 0
     pixels: int = 512
     resolution: int = 256
     vertices: int = 36_000
@@ -74,6 +79,8 @@ class PapersSettings:
         self.extraction  # noqa: B018  checks resolution and vertices
         if self.pixels < 64 or self.pixels % 32:
             raise InputError(f"pixels is {self.pixels}; expected a multiple of 32 from 64 on")
+        if self.pamir_refine < 0:
+            raise InputError(f"pamir_refine is {self.pamir_refine}; expected 0 or more steps")
 
     @property
     def extraction(self) -> ExtractionSettings:
@@ -220,6 +227,12 @@ def _networks(
             texture=settings.pamir_texture,
             smpl=settings.smpl,
         )
+        if settings.pamir_refine:
+            pixels = Pixels(subject.keypoints[:, :2], subject.keypoints[:, 2], camera, seen.scale)
+            chosen = RefinementSettings(iterations=settings.pamir_refine)
+            model = load_body_model(settings.smpl)
+            refined = refine_body(model, body, seen.field_of, pixels=pixels, settings=chosen)
+            seen.field_of(refined.body.vertices)
         return "pamir", seen.occupancy, seen.colors if settings.pamir_texture else None
     place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
     colors = partial(_colors, place, settings) if settings.pifu_color else None

@@ -1,4 +1,4 @@
-"""The protocol on generators whose quality is known."""
+"""The protocol on generators of known quality."""
 
 from __future__ import annotations
 

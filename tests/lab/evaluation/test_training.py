@@ -127,7 +127,10 @@ def test_runs_of_other_settings_data_or_programs_are_refused(parts, tmp_path):
 
 
 def test_it_sees_the_native_frame(parts, tmp_path):
-    """What it learns from is what the protocol shows it: HumanAct12's y points down."""
+    """A classifier learns from the same clips that the protocol shows:
+
+    HumanAct12's y points down.
+    """
     signs = np.float32([1, -1, -1])
     world = dataclasses.replace(parts[0], frame=NativeFrame(signs=(1.0, -1.0, -1.0)))
     native = dataclasses.replace(

@@ -1,4 +1,4 @@
-"""A video whose motion a person takes over, on the page."""
+"""A video on the page whose motion the person copies."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_video_belongs_to_its_person_and_goes_with_them(server: Server, film: 
     assert "clip_digest" not in shown
     kept = server.folder / "photos" / photo / "clip.mp4"
     assert kept.read_bytes() == film
-    assert server.ask(f"photos/{photo}/clip.mp4")[0] == 404  # it is not given out again
+    assert server.ask(f"photos/{photo}/clip.mp4")[0] == 404  # the upload is never served
     assert server.ask(f"api/photos/{photo}/clip", "DELETE")[0] == 200
     assert not kept.exists()
     assert send(server, "again.mp4", film)[0] == 201

@@ -1,4 +1,4 @@
-"""MakeHuman's files, from an archive made here: what they say, and what is refused."""
+"""MakeHuman's files, from an archive made here: what is read and what is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What hands hold lies in them, and furniture stands where it hides or carries people."""
+"""Held things lie in hands, and furniture is where it occludes or supports people."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ def test_every_kind_is_drawn() -> None:
 
 @pytest.mark.parametrize("number", range(0, 40))
 def test_things_are_in_the_hands(avatar: Avatar, number: int) -> None:
-    """A hand's vertices touch what it holds; the other hand, of one-handed things, mostly does
-    not."""
+    """A hand's vertices touch what it holds; the other hand usually does not touch it."""
     held = held_things(40)[number]
     pose = natural_pose(np.random.default_rng(number)) | held.pose
     transforms = avatar.bone_transforms(pose)

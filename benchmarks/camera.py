@@ -47,8 +47,8 @@ LIMBS_OF_INTEREST = [limb for limb in LIMBS if limb.endswith(("arm", "leg"))]
 
 
 def seen(case: Case, path: Path) -> Subject:
-    """The person of a photo without and beside the body map, which is not merged in yet; kept at
-    `path`."""
+    """Return the person of a photo without the body map, and the map, which is not merged yet; kept
+    at `path`."""
     if path.exists():
         return Subject.load(path)
     settings = PerceptionSettings(bodymap=False, face=False, hands=False)
@@ -59,7 +59,7 @@ def seen(case: Case, path: Path) -> Subject:
 
 
 def measure(case: Case, subject: Subject, fit: str) -> dict[str, float | str]:
-    """One of `FITS`, compared with the truth."""
+    """Return one of `FITS`, compared with the ground truth."""
     camera, _, mapped = fit.partition("+")
     if mapped:
         assert subject.bodymap is not None
@@ -110,7 +110,7 @@ def measured(studio: Studio, pin: Pin, fits: Sequence[str], options: argparse.Na
 
 
 def table(results: Mapping[str, Mapping[str, dict[str, float]]]) -> str:
-    """A table of the photos that all fits have; `results` by fit and photo."""
+    """Return a table of the photos that all fits have; `results` by fit and photo."""
     from scipy.stats import spearmanr
 
     common = sorted(set.intersection(*(set(rows) for rows in results.values())))

@@ -111,7 +111,7 @@ class Person:
     notes : tuple of str
         Notes about the result, such as doubts about the photo.
     running : RunOptions
-        Where it was made, and its videos will be.
+        Where and how it was made; its videos use the same.
     """
 
     request: PersonRequest

@@ -95,7 +95,7 @@ def run(
     target : name of an output, or several
     graph : the steps
     executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or a custom
-    own
+    executor
     workers, address : see `open_executor`
     store : store of the values; the default folder if None
     overrides : outputs given from outside, by name; the steps that make them are dropped

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from a2v.body.second_photo import SIDES
 from a2v.io import sha256
 from a2v.types import Motion, Subject
 
@@ -154,7 +155,10 @@ def test_the_report_tells_what_made_it(made):
     assert nodes["frame"]["calls"] == FRAMES * len(VIEWS)
     assert nodes["vertices"]["calls"] == FRAMES
     assert all(node["calls"] >= 1 for node in nodes.values())
-    assert nodes["photo_body"]["measures"]
+    fit = nodes["photo_body"]["measures"]
+    assert {"distance", "height", "pitch", "field_of_view", "distance_from"} <= set(fit["camera"])
+    assert {"left_arm", "right_arm", "left_leg", "right_leg"} <= set(fit["limb_errors"])
+    assert fit["second_photo"] in SIDES
     assert 0 < told["seconds"] < 600
     assert 50 < told["peak_memory_mb"] < 6000
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from a2v.types import FloatArray, PhotoCamera, Subject
 
-USUAL = (3.0, 0.4)
+USUAL = (2.4, 0.4)
 """Usual distance of a camera that shows a whole person, meters, and the standard deviation of its
 logarithm."""
 HELD = 1.45

@@ -13,6 +13,7 @@ from a2v.body.evidence import gather_evidence
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
 from a2v.body.surface_term import vertex_normals
+from a2v.body.view import USUAL
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
@@ -247,7 +248,7 @@ def test_standing_people_show_the_distance() -> None:
     assert gather_evidence(subject, dataclasses.replace(QUICK, distance=3.0)).distance_spread == 0
     assert dataclasses.replace(evidence, standing=(True, False)).distance_spread == 0
     found = fit_body(subject, settings=QUICK)
-    assert found.camera.distance < 2.6  # the usual distance is 3 m
+    assert found.camera.distance < 0.95 * USUAL[0]
     assert found.camera.source.endswith("and the fit")
     assert 20 < found.residuals["camera"]["field_of_view"] < 70
 
@@ -259,5 +260,5 @@ def test_the_files_focal_length_tells_the_distance() -> None:
     height = gather_evidence(told, FitSettings()).height
     assert view.distance == pytest.approx(50 / 43.27 * np.hypot(480, 480) * 1.7 / height, rel=1e-3)
     assert "focal length" in view.source
-    assert nothing.distance == pytest.approx(3.0)
+    assert nothing.distance == pytest.approx(USUAL[0])
     assert gather_evidence(told, FitSettings(distance=0.0)).view.distance == 0

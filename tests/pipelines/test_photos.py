@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image, ImageOps
@@ -11,6 +12,7 @@ import a2v
 from a2v.errors import InputError
 from a2v.types import Body, Character, Surface
 from pipelines.commands import reconstruct
+from pipelines.commands.video import caption_of
 from pipelines.engine.graph import build
 from pipelines.engine.store import Store
 from pipelines.graph import video_graph
@@ -115,6 +117,20 @@ def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_kn
     assert again.nodes["subject"].cached == 1
     assert (again.nodes["other_subject"].calls, again.nodes["other_subject"].cached) == (2, 1)
     assert (again.nodes["each_fit"].calls, again.nodes["each_fit"].cached) == (3, 2)
+
+
+@pytest.mark.parametrize("node", ["photo_body", "joint_fit"])
+def test_the_sheet_names_camera_limbs_and_second_photo_of_the_final_fit(node):
+    camera = {"distance": 2.5, "distance_from": "given", "field_of_view": 50.2}
+    told = {"camera": camera, "limb_errors": {"left_arm": 0.2}, "second_photo": "left"}
+    nodes = {node: SimpleNamespace(measures=told), "each_fit": SimpleNamespace(measures={})}
+    lines = caption_of(SimpleNamespace(nodes=nodes))
+    assert lines == [
+        "camera 2.5 m away, 50 degrees wide (given)",
+        "expected error in depth: left arm 20 cm",
+        "best second photo: left",
+    ]
+    assert caption_of(SimpleNamespace(nodes={})) == []
 
 
 def test_several_photos_need_the_canonical_character(photos, tmp_path):

@@ -41,7 +41,7 @@ _MAX_SETTINGS_BYTES = 1 << 20
 def _settings_text(path: _paths.Path) -> str:
     """Return the text of a settings file: a regular, short file in UTF-8."""
     if path.absolute in ("-", "/dev/stdin"):
-        raise InputError("- would read standard input; give a YAML file")
+        raise InputError("settings cannot be read from standard input (-); give a YAML file")
     data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
     try:
         return data.decode("utf-8-sig")

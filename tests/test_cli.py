@@ -341,7 +341,7 @@ def test_a_bad_photo_is_explained(tmp_path, capsys, walk, name, data, words):
         ({"views": "front,top"}, "unknown view 'top'"),
         ({"views": "front,front"}, "given twice"),
         ({"camera": "cameras.yaml"}, "cannot read cameras.yaml"),
-        ({"background": "beach.jpg"}, "background 'beach.jpg' is no file"),
+        ({"background": "beach.jpg"}, "background 'beach.jpg' is not a file"),
         ({"executor": "slurm"}, "slurm"),
         ({"frames": "many"}, "many"),
         ({"only": "vidoe"}, "did you mean video"),

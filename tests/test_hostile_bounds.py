@@ -193,7 +193,7 @@ def test_graphs_that_are_not_what_they_say(capsys, tmp_path, make):
 )
 def test_networks_are_read_from_regular_files(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match=r"no regular file|motion model"):
+    with pytest.raises(InputError, match=r"not a regular file|motion model"):
         read(tmp_path / "pipe")
     with pytest.raises(InputError, match=r"does not exist|motion model"):
         read(tmp_path / "nothing")

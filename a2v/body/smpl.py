@@ -316,7 +316,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
             }
         )
         if missing := [name for name in needed if name not in archive.files]:
-            raise InputError(f"{path} is no SMPL model: it has no array {', '.join(missing)}")
+            raise InputError(f"{path} is not an SMPL model: it has no array {', '.join(missing)}")
         if sum(sizes.get(name, 0) for name in needed) > MAX_MODEL_BYTES:
             raise InputError(
                 f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it"

@@ -219,11 +219,11 @@ def _longest(
             )
         if seen:
             raise InputError(
-                f"{reel.source} shows a person in {seen} frames alone; use a video in which one "
-                "person is seen for a second or longer"
+                f"{reel.source} shows a person in only {seen} frames; use a video in which one "
+                "person is visible for a second or longer"
             )
         raise InputError(
-            f"no person found in {reel.source}; use a video that shows one person whole"
+            f"no person found in {reel.source}; use a video that shows one person from head to foot"
         )
     return max(pieces, key=lambda piece: piece.seen)
 

@@ -195,7 +195,7 @@ def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
         except (av.FFmpegError, ValueError, OSError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"{source} is no video that can be read ({shorten(reason, 80)}); {_NOT}"
+                f"{source} is not a video that can be read ({shorten(reason, 80)}); {_NOT}"
             ) from None
         with container:
             yield _reel(source, container)

@@ -71,7 +71,7 @@ class FollowSettings:
             raise InputError(f"height is {self.height}; expected 0.5 to 2.5 meters")
         if self.lens and not 8 <= self.lens <= 400:
             raise InputError(
-                f"lens is {self.lens}; expected 8 to 400 millimeters, or 0 for a telephone's"
+                f"lens is {self.lens}; expected 8 to 400 millimeters, or 0 for that of a phone"
             )
         if self.camera not in CAMERAS:
             raise InputError(f"camera is '{self.camera}'; choose from {', '.join(CAMERAS)}")

@@ -325,7 +325,7 @@ def _some(person: Detection | None) -> list[Detection]:
 
 
 def _box_of(person: Detection) -> FloatArray:
-    """Return left, top, right, bottom (4,) around the certain landmarks and the mask of a person,
+    """Return left, top, right, bottom (4,) of a box around a person's mask and reliable landmarks,
     in pixels of the detection."""
     rows, columns = np.nonzero(person.mask > 0.5)
     sure = person.keypoints[person.keypoints[:, 2] > 0.5, :2]

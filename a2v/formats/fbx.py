@@ -125,7 +125,7 @@ def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     except OSError as error:
         raise InputError(f"cannot read {source} ({shorten(error)})") from error
     if not head.lstrip().startswith(_MAGICS):
-        raise InputError(f"{source} is no FBX file")
+        raise InputError(f"{source} is not an FBX file")
     if size > MAX_BYTES:
         raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
     try:

@@ -82,8 +82,7 @@ def trajectory_of(
     pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
     if missing := [name for pair in pairs for name in pair if name not in found]:
         raise InputError(
-            f"the {whose} has no {missing[0].replace('_', ' ')}; it does not tell which way the "
-            "person faces"
+            f"the {whose} has no {missing[0].replace('_', ' ')}; so the person's facing is unknown"
         )
     places = joints.astype(np.float64)
     left = sum(

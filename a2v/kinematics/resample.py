@@ -51,9 +51,9 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     frames = frames_made(motion.frames, motion.fps, fps)
     if frames * len(motion.parents) > MAX_JOINT_FRAMES:
         raise InputError(
-            f"{motion.frames} frames at {motion.fps:g} a second become {frames} at {fps:g}, with "
-            f"{len(motion.parents)} joints more than "
-            f"{MAX_JOINT_FRAMES:,} positions; cut the motion or ask for fewer frames per second"
+            f"{motion.frames} frames at {motion.fps:g} fps become {frames} at {fps:g} fps: with "
+            f"{len(motion.parents)} joints, more than "
+            f"{MAX_JOINT_FRAMES:,} positions; cut the motion or request a lower frame rate"
         )
     if motion.frames == 1:
         return dataclasses.replace(motion, fps=float(fps))

@@ -186,11 +186,11 @@ def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
             or len(given) <= wanted[1]
         ):
             raise InputError(
-                f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; "
+                f"{path}: its graph lacks the input '{shorten(name, 60)}' of its description; "
                 f"{_AGAIN}"
             )
     if missing := set(outputs) - {item.name for item in session.get_outputs()}:
-        raise InputError(f"{path}: its graph does not give '{min(missing)}'; {_AGAIN}")
+        raise InputError(f"{path}: its graph lacks the output '{min(missing)}'; {_AGAIN}")
 
 
 def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard:

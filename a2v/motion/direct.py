@@ -213,10 +213,10 @@ def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, fl
     assert direction.path is not None
     pace = natural_speed(model, action) if direction.pace is None else direction.pace
     if direction.pace is not None and not MIN_PACE <= pace <= MAX_PACE:
-        raise InputError(f"pace is {pace:g} m a second; expected {MIN_PACE:g} to {MAX_PACE:g}")
+        raise InputError(f"pace is {pace:g} m/s; expected {MIN_PACE:g} to {MAX_PACE:g}")
     if not pace >= MIN_PACE:
         raise InputError(
-            f"'{action}' goes {pace:.2f} m a second; a path needs an action that travels, or a pace"
+            f"'{action}' travels at {pace:.2f} m/s; a path needs an action that travels, or a pace"
         )
     return way_along(direction.path, pace=pace, fps=model.fps), pace
 

@@ -186,7 +186,7 @@ def check_speed(speed: float) -> None:
         `speed` is not from 0.1 to 10.
     """
     if not 0.1 <= speed <= 10:
-        raise InputError(f"speed is {speed:g}; expected .1 to 10 times the recorded one")
+        raise InputError(f"speed is {speed:g}; expected 0.1 to 10 times the recorded one")
 
 
 def make_loop(

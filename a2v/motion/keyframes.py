@@ -56,7 +56,7 @@ def read_keyframes(
     content = parse_yaml(data, source, "list of keyframes", expected)
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
         raise InputError(
-            f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected "
+            f"{source} is not a list of keyframes (no list of 1 to {MAX_POSES} entries); expected "
             f"{expected}"
         )
     keys: list[Keyframe] = []
@@ -119,8 +119,8 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
     if not first <= last < min(motion.frames, first + MAX_POSES):
         raise InputError(
-            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is none, or more than "
-            f"{MAX_POSES} of them"
+            f"{file} has poses 0 to {motion.frames - 1}; '{numbers}' is not in this range, or is "
+            f"more than {MAX_POSES} poses"
         )
     skeleton, own = model.skeleton, model.bone_lengths * model.card.meters_per_unit
     joints = on_skeleton(motion, skeleton, own).astype(np.float64)
@@ -189,9 +189,7 @@ def _kind(entry: object, where: str) -> str:
             f"{', '.join(sorted(known))}"
         )
     if kind == "place" and not {"at", "heading"} & set(entry):
-        raise InputError(
-            f"{where} asks for nothing; expected a file, a place (at), a heading or a joint"
-        )
+        raise InputError(f"{where} is empty; expected a file, a place (at), a heading or a joint")
     return kind
 
 

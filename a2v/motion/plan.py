@@ -159,9 +159,9 @@ def make_steps(
         return make_motion(model, steps, take, edit=edit, direction=direction)
     if direction is not None or take.lengths is not None:
         raise InputError(
-            f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has "
-            "its own bones and goes its own way; "
-            "leave bone lengths, paths, poses and holds out"
+            f"{', '.join(step.action for step in steps)}: a motion with hand-keyed "
+            "clips has fixed bones and a fixed path; "
+            "leave out bone lengths, paths, poses and holds"
         )
     return make_sourced(
         steps, frames=take.frames, fps=take.fps, seed=take.seed, count=take.count, edit=edit

@@ -125,7 +125,7 @@ class Step:
         if self.frames is not None and self.frames < 1:
             raise InputError(f"'{self.action}' lasts {self.frames} frames; expected at least 1")
         if not 0.25 <= self.speed <= 4:
-            raise InputError(f"'{self.action}' has speed {self.speed:g}; expected .25 to 4")
+            raise InputError(f"'{self.action}' has speed {self.speed:g}; expected 0.25 to 4")
 
 
 @dataclass(frozen=True)
@@ -203,8 +203,7 @@ def _parts(text: str) -> list[_Part]:
             waiting = frozenset()
     if not parts:
         raise InputError(
-            f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists "
-            "what there is)"
+            f"'{shorten(text, 80)}' only excludes actions; name one to do (a2v actions lists them)"
         )
     return parts
 

@@ -73,9 +73,7 @@ class GroundPath:
                 f"{MAX_METRES:g}"
             )
         if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
-            raise InputError(
-                "two points of the path that follow each other are the same; leave one out"
-            )
+            raise InputError("two consecutive points of the path are equal; leave one out")
         if not MIN_METRES <= self.lengths[-1] <= MAX_METRES:
             raise InputError(
                 f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to "
@@ -174,8 +172,8 @@ def _points(rows: Sequence[str]) -> FloatArray:
     points = [_numbers(row) for row in rows]
     if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
         raise InputError(
-            f"'{brief(odd[0])}' is no point of a path; expected x,z in meters, such as \"0,0 0,3 "
-            '3,3", or a .csv, .yaml or .svg file'
+            f"'{brief(odd[0])}' is not a point of a path; expected x,z in meters, such as \"0,0 "
+            '0,3 3,3", or a .csv, .yaml or .svg file'
         )
     return np.array(points, np.float64).reshape(-1, 2)
 

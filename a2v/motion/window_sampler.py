@@ -65,8 +65,8 @@ class WindowSampler:
         shares = self.card.active[label]
         if not len(shares):
             raise InputError(
-                f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose "
-                "another action"
+                f"{self.path.name} was not trained on clips of '{self.card.actions[label]}'; "
+                "choose another action"
             )
         return shares
 

@@ -67,7 +67,7 @@ def look_at_body(
     """
     rows, columns = np.nonzero(mask > 0.5)
     if not len(rows):
-        raise InputError("the mask is empty; expected white where the person is")
+        raise InputError("the mask is empty; expected white on the person")
     low, high = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()]) + 1
     middle, side = (low + high) / 2, float((high - low).max()) / FILL
     path = Path(weights or FILE)

@@ -89,7 +89,7 @@ class Corrections:
         """
         found = {} if content is None else content
         if not isinstance(found, Mapping):
-            raise InputError(f"{source}: {brief(found)} is no mapping; expected {EXPECTED}")
+            raise InputError(f"{source}: {brief(found)} is not a mapping; expected {EXPECTED}")
         _check_names(found, ("units", "person", "landmarks", "limbs", "mask"), source, "part")
         units = found.get("units", UNITS[0])
         if units not in UNITS:

@@ -76,7 +76,7 @@ def locate(
             return _search(detector, rgb, who, warnings)
         if who is not None:
             raise InputError(
-                "the corrections say which person is meant, and a mask or keypoints do as well; "
+                "the corrections select a person, and so do a mask or keypoints; "
                 "leave one of them out"
             )
         return _look_at_given(detector, rgb, mask, keypoints)
@@ -169,8 +169,8 @@ def _meant(who: Who, boxes: list[FloatArray]) -> int:
     if isinstance(who, int):
         if who > len(boxes):
             raise InputError(
-                f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the "
-                "photo; give a box [left, top, right, bottom] instead"
+                f"the corrections select person {who}, but only {len(boxes)} are distinguished in "
+                "the photo; give a box [left, top, right, bottom] instead"
             )
         return who - 1
     shares = []

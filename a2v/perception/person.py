@@ -223,7 +223,7 @@ def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: in
             "the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)"
         )
     if not (values > 0.5).any():
-        raise InputError("the mask is empty; expected white where the person is")
+        raise InputError("the mask is empty; expected white on the person")
     return np.where(keep_person(values > 0.5) | (values <= 0.5), values, 0).astype(np.float32)
 
 

@@ -189,7 +189,7 @@ def test_files_that_are_no_models_are_named(tmp_path: Path, content: dict[str, n
     np.savez(tmp_path / "few.npz", f=content["f"])
     for path, words in (
         (str(tmp_path / "m.pkl"), "pickle"),
-        (str(tmp_path / "t.npz"), r"no readable \.npz"),
+        (str(tmp_path / "t.npz"), r"not a readable \.npz"),
         (str(tmp_path / "none.npz"), "does not exist"),
         (str(tmp_path / "few.npz"), "no array v_template"),
         ("smpl", "unknown body model 'smpl'"),

@@ -79,7 +79,7 @@ def test_the_shipped_factors_are_those_of_the_table() -> None:
 
 
 def test_what_cannot_be_retuned_says_so(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no window flow"):
+    with pytest.raises(InputError, match="not a window flow"):
         retune(WEIGHTS / "motion_cmu_glmi_m.onnx", tmp_path / "x.onnx", guidance=2, temperature=0.9)
     with pytest.raises(InputError, match="has no temperature"):  # a factor of 1 is not in the graph
         retune(WEIGHTS / "motion_humanact12.onnx", tmp_path / "x.onnx", guidance=2, temperature=0.9)

@@ -287,7 +287,7 @@ def test_a_picture_beside_the_file_is_read_and_another_kind_is_left_out(
 
 def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
     for name, data, match in (
-        ("text.fbx", b"hello", "is no FBX"),
+        ("text.fbx", b"hello", "is not an FBX"),
         ("cut.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), "cannot read"),
     ):
         (tmp_path / name).write_bytes(data)

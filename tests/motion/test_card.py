@@ -160,6 +160,7 @@ def test_an_action_without_clips_cannot_be_asked_for():
     assert model.sample("Jump", frames=3).frames == 3
     for ask in (model.sample, model.sample_native):
         with pytest.raises(
-            InputError, match=r"motion_cmu\.onnx has seen no clip of 'Walk'; choose another action"
+            InputError,
+            match=r"motion_cmu\.onnx was not trained on clips of 'Walk'; choose another action",
         ):
             ask("Walk", frames=3)

@@ -79,7 +79,7 @@ def test_a_file_goes_round_and_fractions_are_pixels_of_the_photo() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("- 1", "no mapping"),
+        ("- 1", "not a mapping"),
         ("landmark: {}", "unknown part 'landmark'"),
         ("landmarks: {left_wirst: [1, 2]}", "unknown landmark 'left_wirst'"),
         ("landmarks: {nose: [1]}", "nose is at"),
@@ -230,7 +230,7 @@ def test_who_of_two_is_meant(photo: np.ndarray, subject: Subject) -> None:
     for who in (2, box):
         other = find_person(scene, corrections=Corrections.of({"person": who}))
         assert other.crop[0] >= width * 0.9
-    with pytest.raises(InputError, match="ask for person 3, but 2"):
+    with pytest.raises(InputError, match="select person 3, but only 2"):
         find_person(scene, corrections=Corrections.of({"person": 3}))
     with pytest.raises(InputError, match="no person is found in the box"):
         find_person(scene, corrections=Corrections.of({"person": [0, 0, 9, 9]}))

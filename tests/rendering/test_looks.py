@@ -61,7 +61,7 @@ def test_a_look_of_ones_own(tmp_path) -> None:
         ("haze: 0", "haze"),
         ("mottle: 0.5", "mottle 0.5"),
         ("mottle: 0.1\nmottle_size: 0.01", "0.01 m"),
-        ("- sun", "no mapping"),
+        ("- sun", "not a mapping"),
         ("sun: [", "mine.yaml"),
     ):
         path.write_text(text)

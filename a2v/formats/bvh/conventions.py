@@ -103,7 +103,7 @@ def demand_limbs(
             node = file.nodes[joint]
             raise InputError(
                 f"{file.source}:{node.line}: the bone of '{node.name}' is "
-                f"{length[index] / middle:.0f} times a limb's length"
+                f"{length[index] / middle:.0f} times as long as a limb"
             )
 
 

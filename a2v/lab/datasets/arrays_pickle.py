@@ -205,14 +205,14 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     """
     if data[:1] != pickle.PROTO:
         raise InputError(
-            f"{where} is no pickle of Python 3, or a compressed one; save it again with "
+            f"{where} is not a pickle of Python 3, or a compressed one; save it again with "
             "joblib.dump(value, path)"
         )
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()
     except _Forbidden as error:
         raise InputError(
-            f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain "
+            f"{where} was not opened: it refers to {shorten(error)}; only numpy arrays and plain "
             "values are read"
         ) from None
     except Exception as error:  # the unpickler raises errors of every kind for a damaged stream

@@ -127,7 +127,7 @@ def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
     for name, parts in inside.items():
         if len(parts) < 2:
             raise InputError(
-                f"{source.path}/{name} lies in no action's folder; move it to "
+                f"{source.path}/{name} is not in the folder of an action; move it to "
                 f"{source.path}/ACTION/{parts[-1]}"
             )
         stem = PurePosixPath(parts[-1]).stem
@@ -154,7 +154,7 @@ def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -
     )
     raise InputError(
         f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, "
-        "retarget the file or take it away"
+        "retarget the file or remove it"
     )
 
 

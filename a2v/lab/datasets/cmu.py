@@ -42,7 +42,7 @@ def load_cmu(path: str | Path) -> ActionDataset:
     try:
         rows = list(csv.DictReader(io.StringIO(source.read(list_name).decode("utf-8"))))
     except UnicodeDecodeError:
-        raise InputError(f"{source.path}/{list_name} is no UTF-8 text") from None
+        raise InputError(f"{source.path}/{list_name} is not UTF-8 text") from None
     if not rows or not {"motion", "action_type"} <= set(rows[0]):
         raise InputError(f"{source.path}/{list_name}: expected the columns motion and action_type")
     files = {PurePosixPath(name).stem: name for name in source.names(".npy")}

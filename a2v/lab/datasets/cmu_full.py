@@ -113,7 +113,7 @@ def load_cmu_full(
         if progress is not None:
             progress(done, len(files))
     if not found:
-        raise InputError(f"{source.path} holds no recording that {RULES.name} has an action for")
+        raise InputError(f"{source.path} contains no recording with an action in {RULES.name}")
     counts = Counter(action for _, action, _, _ in found)
     actions = tuple(sorted(counts, key=lambda action: (-counts[action], action)))
     clips = [

@@ -37,7 +37,7 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
         raise InputError(f"{where}: the clip has no frames")
     if len(array) == 1:
         raise InputError(
-            f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away"
+            f"{where}: the clip has 1 frame; a motion needs at least 2: remove the file"
         )
     if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
         raise InputError(

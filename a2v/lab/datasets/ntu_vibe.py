@@ -113,7 +113,7 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
     try:
         lines = source.read(name).decode("utf-8").splitlines()
     except UnicodeDecodeError:
-        raise InputError(f"{source.path}/{name} is no UTF-8 text") from None
+        raise InputError(f"{source.path}/{name} is not UTF-8 text") from None
     numbers = list(ACTIONS)
     for line, text in enumerate(lines, start=1):
         entry = PurePosixPath(text.strip().replace("\\", "/"))
@@ -122,7 +122,7 @@ def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
         here = f"{source.path}/{name}, line {line}"
         if entry.is_absolute() or ".." in entry.parts:
             raise InputError(
-                f"{here}: '{entry}' leads out of the folder; expected a path below "
+                f"{here}: '{entry}' points outside of the folder; expected a path below "
                 f"{PurePosixPath(name).parent or '.'}"
             )
         match = _NAME.match(entry.stem)
@@ -150,5 +150,5 @@ def _read_joints(source: FileSource, name: str) -> FloatArray | None:
         return None
     found = track["joints3d"]
     if not isinstance(found, np.ndarray):
-        raise InputError(f"{where}: 'joints3d' of track 1 is no array")
+        raise InputError(f"{where}: 'joints3d' of track 1 is not an array")
     return FRAME.flip(check_joints(found, VIBE_JOINTS, where)[:, list(KEPT_JOINTS)])

@@ -136,12 +136,12 @@ class Evaluator:
         """
         if self.n_actions != len(dataset.actions):
             raise InputError(
-                f"{self.source} knows {self.n_actions} actions; {dataset.name} has "
+                f"{self.source} was trained for {self.n_actions} actions; {dataset.name} has "
                 f"{len(dataset.actions)}"
             )
         if self.info and list(self.info["actions"]) != list(dataset.actions):
             raise InputError(
-                f"{self.source} knows other actions "
+                f"{self.source} was trained for other actions "
                 f"({', '.join(self.info['actions'][:5])}...) than {dataset.name}"
             )
 

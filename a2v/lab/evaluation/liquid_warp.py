@@ -52,7 +52,7 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
         mesh = parse_obj(read_bytes(path, limit=MAX_BYTES).decode("ascii"), name)
     except UnicodeDecodeError:
         raise InputError(
-            f"{name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)"
+            f"{name} is not an OBJ file with texture coordinates (lines vt u v, f v/vt ...)"
         ) from None
     found = {tuple(sorted(face)): index for index, face in enumerate(mesh.faces.tolist())}
     chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]

@@ -61,7 +61,7 @@ class SurveySettings:
     size : int
         Side of a clip, pixels.
     seed : int
-        Of the order, the choice and the names of the clips.
+        Seed of the order, the choice and the names of the clips.
     title : str
         Heading of the page.
     """

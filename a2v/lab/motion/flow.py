@@ -73,7 +73,7 @@ class FlowSettings(RunSettings):
         Matrix products in bfloat16 (weights and sums stay float32): three times the speed on a CPU
         that has it.
     average : float
-        Decay of the exponential moving average of the weights that is kept.
+        Decay of the exponential moving average of the weights. The average is the result.
     pool : int
         Number of windows that are encoded at a time.
     initial : str

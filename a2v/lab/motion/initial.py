@@ -112,7 +112,7 @@ def _exported(path: str) -> Start:
         next((item.value for item in proto.metadata_props if item.key == "a2v"), "{}")
     )
     if said.get("format") != WINDOW_FORMAT:
-        raise InputError(f"{path} is no window flow of a2v; give a flow.pt or an exported flow")
+        raise InputError(f"{path} is not a window flow of a2v; give a flow.pt or an exported flow")
     card = parse_card(said, Path(path))
     stored = {item.name: numpy_helper.to_array(item) for item in proto.graph.initializer}
 

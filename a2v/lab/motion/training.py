@@ -52,7 +52,8 @@ class TrainSettings(RunSettings):
     teacher_forcing : float
         Probability p_tf that a sequence is fed the real previous poses.
     teacher_forcing_meaning : "paper" or "published"
-        The published trainer feeds back the model's *own* pose with this probability.
+        Meaning of `teacher_forcing`: the probability of real previous poses, as in the paper, or of
+        the model's *own*, as in the published code.
     kl_start : float
         Weight of the KL term at the start; it is ramped linearly over the training.
     kl_end : float

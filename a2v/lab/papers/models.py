@@ -55,8 +55,8 @@ class PIFuColor(nn.Module):
         if self.surface_classifier.inputs < self.image_filter.features + 2:
             raise InputError(
                 f"{path}: the layers for points take "
-                f"{self.surface_classifier.inputs} numbers, fewer than its picture "
-                "filter gives"
+                f"{self.surface_classifier.inputs} inputs, fewer than the outputs of its picture "
+                "filter"
             )
         fill(self, state, str(path))
 
@@ -92,8 +92,8 @@ class PIFuHD(nn.Module):
         layers = [index for index, width in enumerate(coarse.mlp.outputs) if width == wanted]
         if not layers or self.mlp.outputs[-1] != 1:
             raise InputError(
-                f"{path}: no layer of the coarse level gives the {wanted} numbers "
-                "that the fine level takes of it"
+                f"{path}: no layer of the coarse level has the {wanted} outputs "
+                "that the fine level needs"
             )
         self.merged = layers[-1]
         if coarse.image_filter.conv1.in_channels not in (
@@ -218,7 +218,7 @@ def _seen_at(features: Tensor, points: Tensor) -> Tensor:
 
 def _demand(path: str | Path, network: PointNetwork, inputs: int, outputs: int) -> None:
     if (network.inputs, network.outputs[-1]) != (inputs, outputs):
-        found = f"{network.inputs} numbers a point and give {network.outputs[-1]}"
+        found = f"{network.inputs} inputs and have {network.outputs[-1]} outputs"
         raise InputError(
             f"{path}: the layers for points take {found}; expected {inputs} and {outputs}"
         )

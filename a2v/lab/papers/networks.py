@@ -146,7 +146,7 @@ class PointNetwork(nn.Module):
         ):
             raise InputError(
                 f"the checkpoint's layers for points are {inputs} to {outputs} wide; "
-                "expected each to take what the one before gives"
+                "expected the inputs of each to be the outputs of the previous one"
             )
         self.inputs, self.outputs = inputs[0], outputs
         layers = [

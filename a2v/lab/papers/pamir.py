@@ -69,8 +69,8 @@ class PamirTexture(nn.Module):
         _demand(path, self.mlp, self.mlp.inputs, 4)
         if self.mlp.inputs <= self.cg.features + self.ve.features:
             raise InputError(
-                f"{path}: the layers for points take {self.mlp.inputs} numbers, no "
-                "more than the texture's own features"
+                f"{path}: the layers for points take {self.mlp.inputs} inputs; "
+                "expected more than the texture's own features"
             )
         fill(self, state, str(path))
 
@@ -95,8 +95,8 @@ def _volume_shape(network: _Volume) -> tuple[int, ...]:
 def _demand(path: str | Path, layers: _Points, inputs: int, outputs: int) -> None:
     if (layers.inputs, layers.outputs) != (inputs, outputs):
         raise InputError(
-            f"{path}: the layers for points take {layers.inputs} numbers and give "
-            f"{layers.outputs}; expected {inputs} and {outputs}"
+            f"{path}: the layers for points take {layers.inputs} inputs and have "
+            f"{layers.outputs} outputs; expected {inputs} and {outputs}"
         )
 
 

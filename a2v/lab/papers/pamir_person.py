@@ -65,7 +65,7 @@ class PamirPerson:
     ) -> None:
         if body.model != "smpl":
             raise InputError(
-                f"PaMIR sees SMPL's body, and this one is {body.model}'s; give "
+                f"PaMIR needs SMPL's body, but this one is {body.model}'s; give "
                 "SMPL's .npz file with --fit.model"
             )
         frame = make_frame(subject.image, subject.mask, camera, PIXELS, fill=FILL)
@@ -99,8 +99,8 @@ class PamirPerson:
         maps["features"] = np.concatenate([maps["features"], self._maps["features"]], axis=1)
         if maps["features"].shape[1] != network.features:
             raise InputError(
-                f"{self._texture} takes {network.features} features; with the "
-                f"geometry's there are {maps['features'].shape[1]}"
+                f"{self._texture} needs {network.features} features; together with "
+                f"the geometry's network it has {maps['features'].shape[1]}"
             )
         found: FloatArray = np.clip(
             network.at(self.place(points), image=self._image, **maps), 0, 1

@@ -108,7 +108,7 @@ class PapersSettings:
             if getattr(self, color) and not getattr(self, shape):
                 names = [name.replace("_", "-") for name in (color, shape)]
                 raise InputError(
-                    f"--{names[0]} needs --{names[1]} FILE too: colors see the geometry's features"
+                    f"--{names[0]} needs --{names[1]} FILE too: colors use the geometry's features"
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
@@ -297,8 +297,8 @@ def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -
     features = np.concatenate([geometry, network.run("features", image=image)], axis=1)
     if features.shape[1] != network.features:
         raise InputError(
-            f"{settings.pifu_color}: the layers for points take {network.features} features; "
-            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: "
+            f"{settings.pifu_color}: the layers for points need {network.features} features; "
+            f"together with {settings.pifu_geometry} it has {features.shape[1]}: "
             "the two do not belong together"
         )
     return np.clip(network.at(place.points(vertices), features=features), 0, 1).astype(np.float32)

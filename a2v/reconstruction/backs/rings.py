@@ -104,8 +104,11 @@ def _relabel(
     near: tuple[int, ...],
     far: tuple[int, ...],
 ) -> None:
-    """Give hidden vertices of a tube the label of their side of the border; of several possible
-    labels, the one that is visible nearest along the tube."""
+    """Give each hidden vertex of a tube the label of its side of the border.
+
+    If several labels are possible on a side, it is the one of the nearest visible vertices along
+    the tube.
+    """
     for kinds, side in ((near, within), (far, ~within)):
         wrong = hidden & side & ~np.isin(labels[tube.own], kinds)
         right = np.isin(labels[tube.own], kinds) & side

@@ -176,7 +176,7 @@ def test_what_is_another_file_is_refused(scene, obj, tmp_path):
     (tmp_path / "none").write_bytes(b"\xff\x00")
     with pytest.raises(InputError, match="lacks faces"):
         read_face_texture(tmp_path / "short", body.faces)
-    with pytest.raises(InputError, match="no OBJ"):
+    with pytest.raises(InputError, match="not an OBJ"):
         read_face_texture(tmp_path / "none", body.faces)
     with pytest.raises(InputError, match="lacks faces"):
         read_face_texture(obj[0], dataclasses.replace(body, faces=body.faces[:, [0, 1, 1]]).faces)

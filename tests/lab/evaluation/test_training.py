@@ -122,7 +122,7 @@ def test_runs_of_other_settings_data_or_programs_are_refused(parts, tmp_path):
     with pytest.raises(InputError, match="cannot be read as a checkpoint"):
         train_classifier(parts[0], tmp_path, settings=short)
     torch.save({"model": {}}, tmp_path / "classifier.pt")
-    with pytest.raises(InputError, match="no checkpoint of this training"):
+    with pytest.raises(InputError, match="not a checkpoint of this training"):
         train_classifier(parts[0], tmp_path, settings=short)
 
 

@@ -35,9 +35,9 @@ def send(server: Server, name: str, data: bytes) -> tuple[int, bytes]:
     [
         ("me.exe", b"MZ", "no video by its name"),
         ("me.mp4", b"", "is empty"),
-        ("me.mp4", b"#EXTM3U\nfile:///etc/passwd\n", "no video that can be read"),
-        ("me.webm", bytes(5000), "no video that can be read"),
-        ("..%2F..%2Fme.mov", b"GIF89a", "no video that can be read"),
+        ("me.mp4", b"#EXTM3U\nfile:///etc/passwd\n", "not a video that can be read"),
+        ("me.webm", bytes(5000), "not a video that can be read"),
+        ("..%2F..%2Fme.mov", b"GIF89a", "not a video that can be read"),
     ],
 )
 def test_what_is_no_video_is_refused_with_a_sentence(

@@ -79,7 +79,7 @@ class Truth:
         both = front.mask & self.sides[0].mask
         if not both.any():
             raise InputError(
-                f"{case.name} {case.index}: the reconstruction lies beside the person; "
+                f"{case.name} {case.index}: the reconstruction does not overlap the person; "
                 "nothing can be compared"
             )
         shift = float(np.median(self.sides[0].depth[both]) - np.median(front.depth[both]))

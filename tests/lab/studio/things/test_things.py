@@ -118,5 +118,5 @@ def test_backgrounds_are_the_wheels_and_a_folders(tmp_path: Path) -> None:
     red = mine.draw(64, generator)
     assert red[..., 0].mean() > 5 * red[..., 2].mean()
     mine.paths = [tmp_path / "broken.jpg"]
-    with pytest.raises(InputError, match=r"broken\.jpg is no picture"):
+    with pytest.raises(InputError, match=r"broken\.jpg is not a picture"):
         mine.draw(64, generator)

@@ -90,7 +90,7 @@ def test_every_promised_file_is_there_and_the_path_comes_last(made):
 
 def test_the_character_moves_in_its_page_before_the_frames_are_traced(made):
     out, result = made
-    said = f"the character moves in {out / 'preview.html'}"
+    said = f"the moving character can be seen in {out / 'preview.html'}"
     assert said in result.stderr
     assert "frame: " not in result.stderr[: result.stderr.index(said)]
     assert "frame: " in result.stderr

@@ -29,7 +29,7 @@ from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
 ENGINE = EngineSettings()
-"""What files for other tools hold by default."""
+"""Defaults of files for other tools."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,10 +236,10 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         ]
         if len({ref.digest for ref in photos}) < len(photos):
             raise InputError("one photo is given twice; give every photo of the person once")
-        del parameters["body_model"]  # the shape that they share is Anny's
+        del parameters["body_model"]  # the common shape is Anny's
         return parameters | {
             "other": sorted(photos[1:], key=lambda ref: ref.digest)
-        }  # their order means nothing
+        }  # the order of further photos does not matter
 
 
 def corrections_of(path: str | None) -> Corrections:
@@ -256,7 +256,7 @@ def corrections_of(path: str | None) -> Corrections:
 
 
 MOST_PHOTOS = 8
-"""Photos of one person that are taken."""
+"""Maximum number of photos of one person."""
 
 
 def listed(more: str) -> list[str]:
@@ -286,7 +286,7 @@ def body_model_file(name: str) -> File | None:
     if name in MODELS:
         return None
     if not name.lower().endswith(MODEL_SUFFIXES):
-        load_body_model(name)  # says which names there are
+        load_body_model(name)  # its error lists the names
     return File.of(name)
 
 

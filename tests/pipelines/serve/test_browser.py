@@ -184,7 +184,7 @@ def test_a_sample_person_in_one_click(visit: Callable[..., Page]) -> None:
     expect(page.locator("#action")).to_have_value("Walk")
     page.once("dialog", lambda dialog: dialog.accept())
     page.get_by_role("button", name=re.compile("Delete me")).click()
-    expect(page.locator("#forgotten")).to_contain_text("remembered results")
+    expect(page.locator("#forgotten")).to_contain_text("kept results")
 
 
 @pytest.mark.slow
@@ -267,7 +267,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     ).children():  # as the system does where the memory is used up
         child.kill()
     expect(one.locator(f"#job-{third} .problem")).to_contain_text(
-        "has ended, most likely because the memory was used up"
+        "has ended, most likely because it ran out of memory"
     )
     one.locator(f"#job-{third}").get_by_role("button", name="Try again").click()
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")

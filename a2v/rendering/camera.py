@@ -294,8 +294,8 @@ def follow_cameras(
     Parameters
     ----------
     track : (T, N, 3) float
-        The character over time, meters: all vertices, or N = 2 for each frame's bounding box (least
-        and greatest corner).
+        The character over time, meters: all vertices, the `extreme_points` of each frame, or
+        N = 2 for each frame's bounding box (least and greatest corner).
     settings : RenderSettings
         Its `views`, `aspect` and `follow`.
     cameras : sequence of CameraPath

@@ -23,8 +23,8 @@ class Losses(NamedTuple):
 
 
 def gaussian_kl(mean1: Tensor, logvar1: Tensor, mean2: Tensor, logvar2: Tensor) -> Tensor:
-    """KL divergence (...) of diagonal Gaussians 1 from 2, given as (..., Z) means and log
-    variances."""
+    """Return the KL divergence (...) of diagonal Gaussians 1 from 2, given as (..., Z) means and
+    log variances."""
     ratio = logvar1 - logvar2
     return 0.5 * (torch.exp(ratio) + (mean1 - mean2) ** 2 * torch.exp(-logvar2) - 1 - ratio).sum(-1)
 
@@ -61,7 +61,7 @@ def vae_losses(
         way = (made - result.before[:, :, :1]) - (real - shifted(real))
         difference = torch.cat([way, difference[:, :, 1:] - difference[:, :, :1]], 2)
     if reconstruction == "norm":
-        # a tiny floor keeps the gradient of the norm finite where a joint is exact
+        # a tiny floor keeps the gradient of the norm finite if a joint is exact
         rec = torch.sqrt((difference**2).sum(-1) + 1e-12).sum(-1).mean()
     else:
         rec = (difference**2).mean()

@@ -1,5 +1,4 @@
-"""PaMIR: the published layouts key by key, the volume of a posed body, and a checkpoint whose field
-is known."""
+"""PaMIR: the published layouts, the volume of a posed body, and a checkpoint with a known field."""
 
 from __future__ import annotations
 
@@ -34,8 +33,10 @@ SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
 
 
 def body_alone():
-    """``pamir_net`` whose person is the body itself: its blurred volume passes all layers, and a
-    threshold cuts it."""
+    """Build ``pamir_net`` whose person is the body itself.
+
+    Its blurred volume passes all layers, and a threshold cuts it.
+    """
     state = {
         name: torch.zeros_like(value) if value.ndim > 1 else value
         for name, value in pamir_geometry(1, 1, 1, SMALL["widths"]).items()

@@ -284,7 +284,7 @@ plt.gca().set(title="flow: error of the velocity", xlabel="iteration", ylim=(0, 
 # "vae.onnx", license=...)` does the same for the VAE, which is sampled in torch here.
 
 # %%
-sampling = Sampling(steps=2, guidance=1.0)  # few, since the graph has them all
+sampling = Sampling(steps=2 if SMALL else 8, guidance=1.0)
 export_flow(flow, data, folder / "flow.onnx", license="a demonstration", sampling=sampling)
 exported = MotionModel.load(folder / "flow.onnx")
 print(f"flow.onnx: {exported.path.stat().st_size / 1e6:.1f} MB, {exported.card.decoder}")

@@ -209,8 +209,8 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
         raise InputError(
-            f"{source} is no regular file but a pipe or a device; copy what it gives into a file "
-            "first"
+            f"{source} is not a regular file but a pipe or a device; copy its content "
+            "into a file first"
         )
     return stream
 
@@ -266,7 +266,7 @@ def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
     except Exception as error:  # parsers raise errors of every kind for unforeseen data
         hint = f"; expected {expected}" if expected else ""
         raise InputError(
-            f"{source} is no {what} ({type(error).__name__}: {shorten(error)}){hint}"
+            f"{source} is not a {what} ({type(error).__name__}: {shorten(error)}){hint}"
         ) from error
 
 
@@ -282,11 +282,11 @@ def parse_json(data: bytes, source: object, expected: str) -> Any:
         return json.loads(data.decode("utf-8-sig"))
     except json.JSONDecodeError as error:
         raise InputError(
-            f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is "
+            f"{source}:{error.lineno}: {error.msg}, so this is not JSON; expected {expected}, is "
             "the file truncated?"
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"{source} is no text file; expected {expected}") from None
+        raise InputError(f"{source} is not a text file; expected {expected}") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise InputError(
             f"{source} cannot be read as JSON ({shorten(error)}); expected {expected}"

@@ -104,10 +104,10 @@ def read_metadata(
         text = open_session(path, threads).get_modelmeta().custom_metadata_map.get("a2v", "")
         metadata = json.loads(text)
     except Exception as error:  # onnxruntime and json raise many kinds of errors for a foreign file
-        raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None
+        raise InputError(f"{path} is not a {what} of a2v ({type(error).__name__})") from None
     if not isinstance(metadata, dict):
         raise InputError(
-            f"{path} is no {what} of a2v: what it says of itself is {shorten(metadata, 60)}"
+            f"{path} is not a {what} of a2v: its description is {shorten(metadata, 60)}"
         )
     if metadata.get("format") not in formats:
         raise InputError(

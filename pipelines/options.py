@@ -47,7 +47,7 @@ def _settings_text(path: _paths.Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML"
+            f"{path.absolute} is not UTF-8 text ({error.reason}); expected YAML"
         ) from None
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 _DYNAMO = "__dynamo_disable"
-"""Attribute in which torch keeps a function of an optimizer that its compiler leaves alone."""
+"""Attribute in which torch stores a version of a function that its compiler skips."""
 
 
 def _without_dynamo(optimizer: Any) -> None:
@@ -40,7 +40,7 @@ def minimize(
     Parameters
     ----------
     loss : callable
-        Gives a scalar that depends on `unknowns`, leaf tensors of any shapes that require
+        Returns a scalar that depends on `unknowns`, leaf tensors of any shapes that require
         gradients.
     steps : int
         Iterations.

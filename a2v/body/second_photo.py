@@ -1,4 +1,4 @@
-"""Which second photo of the same person would add the most to a fit."""
+"""The second photo of the same person that would help a fit most."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
 SIDES: Mapping[str, float] = MappingProxyType({"front": 0, "left": 90, "back": 180, "right": 270})
-"""Degrees from the person's front towards their left at which a camera sees each side."""
+"""Angle from the person's front toward the person's left from which a camera sees each side,
+degrees."""
 DOUBTFUL = 0.15
-"""Expected error in depth of a limb, meters, above which the user is told. On the photos that the
-coefficients of `a2v.body.confidence` come from, such limbs were off by 37 cm on average and all
-others by 6 (25 and 9 without a body map)."""
+"""Expected error in depth of a limb above which the user gets a note, meters. On the photos from
+which the coefficients of `a2v.body.confidence` were fitted, such limbs were off by 37 cm on
+average and all others by 6 (25 and 9 without a body map)."""
 _FAR_LIMB = 0.5
-"""Weight of a limb that is on the far side of the person in a photo from the side."""
+"""Weight of a limb on the far side of the person in a photo from the side."""
 
 
 def heading(landmarks: FloatArray) -> float:
-    """Degrees by which the trunk of landmarks (33, 3) is turned to its own left; 0 faces +z."""
+    """Return the angle by which the trunk of landmarks (33, 3) is turned to its own left, degrees;
+    0 faces +z."""
     points = {
         side: landmarks[[LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("shoulder", "hip")]].mean(
             0
@@ -34,7 +36,7 @@ def heading(landmarks: FloatArray) -> float:
 
 
 def best_side(errors: Mapping[str, float], turned: float) -> str:
-    """The one of `SIDES` from which a second photo would add the most.
+    """Return the one of `SIDES` from which a second photo would help most.
 
     A second photo reduces the error of a limb's depth in proportion to the sine of the angle to
     the first photo; for a limb on the far side, half as much. If no limb is `DOUBTFUL`, the best

@@ -54,7 +54,7 @@ class Followed:
         Meters, y up, 30 frames per second. The person starts above the origin; the camera is in
         the direction of +z.
     remarks : tuple of str
-        What was not seen, with times, and what was left out.
+        Notes on unseen parts, with times, and on parts of the video that were left out.
     facts : dict
         Number of ``frames`` that were read, number of frames in which the person was ``seen``,
         ``height`` and ``tilt`` of the camera (meters, degrees), and others.
@@ -73,12 +73,12 @@ def follow_person(
     action: str = "",
     progress: Progress | None = None,
 ) -> Followed:
-    """Follow the person in a video.
+    """Convert a video of a person to a motion.
 
     Parameters
     ----------
     path : path
-        A video of one person who is seen mostly from head to foot. Sound is ignored.
+        A video in which one person is mostly visible from head to foot. Sound is ignored.
     settings : FollowSettings, optional
     seconds : float, optional
         Length of the part that is used, from ``settings.start``. By default all of the video, at
@@ -144,7 +144,7 @@ def _seen(
     limit: float,
     progress: Progress | None,
 ) -> tuple[list[Sighting], int]:
-    """All sightings of a video, and the number of frames that was expected."""
+    """Return all sightings of a video, and the expected number of frames."""
     if reel.seconds and settings.start >= reel.seconds:
         raise InputError(
             f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds"
@@ -161,7 +161,7 @@ def _seen(
 
 
 def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -> Hands | None:
-    """The hands at 30 frames a second; None if they are hardly seen."""
+    """Return the hands at 30 frames per second; None if they are rarely visible."""
     found = track_hands(
         [one.hands for one in sightings],
         moves.wrists,
@@ -181,7 +181,7 @@ def _hands(sightings: list[Sighting], track: Track, moves: Moves, frames: int) -
 
 
 def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, FloatArray]:
-    """Strengths (frames,) of expressions at 30 frames a second."""
+    """Return strengths (frames,) of expressions at 30 frames per second."""
     shown = fit_expressions([one.face for one in sightings], track.times)
     at = track.times[0] + np.arange(frames) / SHOWN_FPS
     return {
@@ -223,11 +223,11 @@ def _longest(
             )
         if seen:
             raise InputError(
-                f"{reel.source} shows a person in {seen} frames alone; use a video in which one "
-                "person is seen for a second or longer"
+                f"{reel.source} shows a person in only {seen} frames; use a video in which one "
+                "person is visible for a second or longer"
             )
         raise InputError(
-            f"no person found in {reel.source}; use a video that shows one person whole"
+            f"no person found in {reel.source}; use a video that shows one person from head to foot"
         )
     return max(pieces, key=lambda piece: piece.seen)
 
@@ -248,7 +248,7 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
 
 
 def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
-    """Values (T, ...) at `times` (T,), seconds, at `fps` from the first to the last."""
+    """Resample values (T, ...) from `times` (T,), seconds, to `fps` from the first to the last."""
     count = int(np.floor((times[-1] - times[0]) * fps + 1e-6)) + 1
     at = times[0] + np.arange(count) / fps
     if len(times) < 3:
@@ -295,11 +295,11 @@ def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
 
 
 TOE = 0.02
-"""Height of the toes' joint of a foot that stands, meters."""
+"""Height of the toes' joint of a standing foot, meters."""
 
 
 def _ground(joints: FloatArray) -> float:
-    """Height of the ground under joints (T, J, 3)."""
+    """Return the height of the ground under joints (T, J, 3)."""
     lowest = joints[:, [leg[1] for leg in _LEGS], 1].min(axis=1)
     return float(np.quantile(lowest, _FLOOR)) - TOE
 

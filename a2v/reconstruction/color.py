@@ -182,7 +182,7 @@ def color_surface(
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError(
-            "the photo's camera sees nothing of the surface; "
+            "the surface is not visible to the photo's camera; "
             "do surface, camera and photo belong together?"
         )
     photo.known = known

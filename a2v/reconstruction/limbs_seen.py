@@ -148,7 +148,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
 
 
 def bare_feet(subject: Subject, body: Body, camera: Camera, shown: IntArray, step: int) -> bool:
-    """Whether the photo shows feet without shoes; False if it does not show enough.
+    """Return whether the photo shows feet without shoes; False if it does not show enough.
 
     Parameters
     ----------

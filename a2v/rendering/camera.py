@@ -153,7 +153,7 @@ class CameraPath(Record):
         placed = self.azimuth, self.elevation, self.turn, self.distance, self.follow
         if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
             raise InputError(
-                f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, "
+                f"{where} has an origin, so it is fixed; leave out azimuth, elevation, turn, "
                 "distance and follow"
             )
 
@@ -219,8 +219,8 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
             raise InputError(
-                f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: "
-                f"30, elevation: 12}}"
+                f"{path}: camera {brief(name)} is not a mapping; expected fields such as "
+                f"{{azimuth: 30, elevation: 12}}"
             )
         if name in VIEWS or name in (TURNTABLE.name, "video"):  # files have these names
             raise InputError(f"{path}: the name '{name}' is taken; choose another one")

@@ -42,13 +42,13 @@ def read_look(name: str | os.PathLike[str]) -> LookSettings:
     path = Path(__file__).with_name("looks") / f"{name}.yaml" if name in LOOKS else Path(name)
     if name not in LOOKS and not path.is_file():
         raise InputError(
-            f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML "
-            "file of lights"
+            f"look '{shorten(str(name), 60)}' is not a file; expected {', '.join(LOOKS)}, or a "
+            "YAML file of lights"
         )
     data = read_bytes(path, limit=MAX_LOOK_FILE, empty=True)
     content = parse_yaml(data, path, "YAML", "a few lights")
     if not isinstance(content, dict | None):
-        raise InputError(f"{path} is no mapping; expected fields such as sun: [0.7, 0.7, 0.6]")
+        raise InputError(f"{path} is not a mapping; expected fields such as sun: [0.7, 0.7, 0.6]")
     values: dict[str, Any] = {}
     for key, value in (content or {}).items():
         if key not in _FIELDS:

@@ -56,7 +56,7 @@ def llvm_candidates() -> tuple[str | None, ...]:
 
 
 def probe_llvm(library: str | None) -> bool:
-    """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the
+    """Return whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the
     system's)."""
     environment = {
         **os.environ,

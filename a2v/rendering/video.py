@@ -236,7 +236,7 @@ def write_within(
     import cv2
 
     if not (np.isfinite(megabytes) and megabytes > 0):
-        raise InputError(f"the file may have {megabytes} MB; expected a positive number")
+        raise InputError(f"megabytes is {megabytes}; expected a positive number")
     suffix = Path(path).suffix.lower()
     if suffix not in (".gif", ".webp"):
         raise InputError(f"{path} ends in neither .gif nor .webp")

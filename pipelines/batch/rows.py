@@ -81,7 +81,7 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{source} is no UTF-8 text ({error.reason}); save it as UTF-8") from None
+        raise InputError(f"{source} is not UTF-8 text ({error.reason}); save it as UTF-8") from None
     if source.suffix.lower() not in (".csv", ".yaml", ".yml"):
         raise InputError(f"cannot read jobs from {source}; expected a .csv or .yaml file")
     rows = list(

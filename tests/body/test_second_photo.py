@@ -1,4 +1,4 @@
-"""Which second photo is recommended."""
+"""The recommended side of a second photo."""
 
 from __future__ import annotations
 

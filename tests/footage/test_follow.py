@@ -1,4 +1,4 @@
-"""The sample person, who slides to the right of the picture, becomes a motion."""
+"""A sample person who slides to the right becomes a motion."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_the_motion_lasts_as_long_as_the_video(followed):
 def test_whoever_goes_to_the_right_of_the_picture_goes_to_the_right(found):
     root = found[1].joints[:, 0]
     away = root[-1] - root[0]
-    assert away[0] > 0.3  # 95 pixels of somebody who is 180 tall
+    assert away[0] > 0.3  # 95 pixels of a person of 180 pixels
     assert abs(away[2]) < 0.35
 
 

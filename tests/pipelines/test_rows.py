@@ -1,4 +1,4 @@
-"""Files of jobs: what they may say and what of a hostile one reaches nothing."""
+"""Files of jobs: what they may contain, and that hostile ones reach nothing."""
 
 from __future__ import annotations
 

@@ -52,8 +52,8 @@ class StudioSettings:
     near_share : float
         Share of samples near the surface.
     far_share : float
-        Share of samples farther from it; the rest is uniform in the person's box with a margin of
-        10 cm.
+        Share of samples farther from the surface; the rest is uniform in the person's box with a
+        margin of 10 cm.
     same_avatar : int
         Number of successive views of one avatar (reading it takes a part of the time).
     things : float
@@ -122,8 +122,8 @@ class StudioSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
                 raise InputError(
-                    f"{name} is {pair}; expected two meters, the smaller one first and at least "
-                    f"{least}"
+                    f"{name} is {pair}; expected two numbers in meters, the smaller one first "
+                    f"and at least {least}"
                 )
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")

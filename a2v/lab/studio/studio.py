@@ -329,7 +329,7 @@ class Studio:
         if key not in self.guides:
             raise InputError(
                 f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data "
-                "set's folder to make them anew"
+                "set's folder to make them again"
             )
         return self.guides[key]
 

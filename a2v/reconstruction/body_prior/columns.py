@@ -36,7 +36,9 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
     )
     contours = trace_contours(soft)
     if not contours:
-        raise InputError("the subject's mask has no contour; expected a person before a background")
+        raise InputError(
+            "the subject's mask has no contour; expected a person in front of a background"
+        )
     distance = (
         np.reshape(
             cKDTree(np.concatenate(contours)).query(pixels.reshape(-1, 2), workers=1)[0], x.shape

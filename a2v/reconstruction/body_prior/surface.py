@@ -207,7 +207,7 @@ def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, In
     field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
     if not (field < 0).any():
         raise InputError(
-            "nothing is left of the body inside the mask; fit the body to this photo first "
+            "no part of the body lies within the mask; fit the body to this photo first "
             "(a2v.body.fit_body)"
         )
     return mesh_grid(field, grid, target, smoothing=6)

@@ -124,7 +124,7 @@ def part_arms(
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The body's outer skin: vertices (S, 3), meters, faces (G, 3), and parts (S,), as of
+    """The body's outer skin: vertices (S, 3), meters, faces (G, 3), and parts (S,); see
     `a2v.body.skin.outer_skin`."""
 
     vertices: FloatArray

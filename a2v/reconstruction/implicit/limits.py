@@ -148,7 +148,7 @@ def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
 
     if not (dressed.field < 0).any():
         raise InputError(
-            "nothing of the body lies within the mask; fit it to this photo first "
+            "no part of the body lies within the mask; fit it to this photo first "
             "(a2v.body.fit_body)"
         )
     closed = np.pad(dressed.field, 1, constant_values=BAND)

@@ -89,8 +89,8 @@ class Archive:
             name = PurePosixPath(entry.filename)
             if name.is_absolute() or ".." in name.parts or "\\" in entry.filename:
                 raise InputError(
-                    f"{path} holds '{entry.filename}', which leads out of the archive; refusing to "
-                    "read it"
+                    f"{path} holds '{entry.filename}', which points outside of the archive; "
+                    "refusing to read it"
                 )
             if entry.file_size > LARGEST:
                 raise InputError(
@@ -114,7 +114,7 @@ class Archive:
         ):
             data = stream.read(LARGEST + 1)
         if len(data) > LARGEST:
-            raise InputError(f"{self.path} holds '{name}', which is larger than it says")
+            raise InputError(f"{self.path} holds '{name}', which is larger than the archive lists")
         return data
 
     def text(self, name: str) -> str:
@@ -131,7 +131,9 @@ class Archive:
         """
         found = posixpath.normpath(posixpath.join(posixpath.dirname(name), other.strip()))
         if found.startswith(("..", "/")):
-            raise InputError(f"{self.path}:{name} names '{other}', which leads out of the archive")
+            raise InputError(
+                f"{self.path}:{name} names '{other}', which points outside of the archive"
+            )
         return found
 
     def under(self, folder: str, suffix: str) -> dict[str, str]:

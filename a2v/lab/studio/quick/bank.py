@@ -93,7 +93,7 @@ class PoseBank(Record):
         there = [at for of, at in self._members if of == SPLITS.index(split)]
         if not there:
             raise InputError(
-                f"the bank has no poses of the split '{split}'; make it anew from more clips"
+                f"the bank has no poses of the split '{split}'; make it again from more clips"
             )
         kinds = self._members[SPLITS.index(split), number if number in there else there[0]]
         if generator.random() < common:

@@ -209,8 +209,8 @@ class QuickStudio:
             if made is not None:
                 return made
         raise InputError(
-            f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if "
-            "it is broken"
+            f"{outfit.avatar.name} is hardly visible in {TRIES} pictures; remove the avatar's "
+            "file if it is broken"
         )
 
     def _person(
@@ -231,7 +231,7 @@ class QuickStudio:
         if key not in self.guides:
             raise InputError(
                 f"there is no guide '{key}' for avatar {path.stem}; remove guide.npz from the "
-                "views' folder to make them anew"
+                "views' folder to make them again"
             )
         return prepare_avatar(str(path)), self.guides[key]
 

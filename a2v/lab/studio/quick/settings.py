@@ -57,7 +57,8 @@ class QuickSettings:
     fill : tuple of 2 float
         Smallest and largest longer side of the person's box, as a fraction of the picture.
     shift : float
-        Standard deviation of the box's middle from the picture's, in the box's longer side.
+        Standard deviation of the shift of the person's box from the middle of the picture, relative
+        to the box's longer side.
     cut : float
         Share of people who are cut off by the picture's border.
     things : float

@@ -1,4 +1,4 @@
-"""People whom MakeHuman's real assets dress: their rig, their splits, and photographs of them."""
+"""People in MakeHuman's real assets: their rig, their splits, and photographs of them."""
 
 from __future__ import annotations
 
@@ -140,8 +140,7 @@ def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> 
 def test_a_pinned_person_is_the_same_whatever_else_is_there(
     studio: Studio, data_dir: Path, tmp_path: Path
 ) -> None:
-    """Neither the folder of avatars, nor the settings' people, nor the draw of the other people
-    changes whom a pin shows."""
+    """Avatars, settings and other draws do not change the person of a pin."""
     (tmp_path / "avatars").mkdir()
     (tmp_path / "avatars" / "Asian_F_2_Busi.glb").touch()
     (tmp_path / ARCHIVE).symlink_to(data_dir / ARCHIVE)
@@ -189,8 +188,8 @@ def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:
     assert (
         RayScene(guide.vertices, guide.faces).closest(person[np.unique(skin)]).distance.max() < 0.02
     )
-    # what the clothes cover is not seen through them: of rays at the trunk's guide from the front
-    # few end on skin
+    # Covered skin is not visible through clothes: of rays from the front at the guide's trunk few
+    # end on skin.
     rows = np.linspace(0.95, 1.2, 20) * (guide.vertices[:, 1].max() / 1.7)
     origins = (
         np.stack(np.meshgrid(np.linspace(-0.06, 0.06, 9), rows, [1.0]), axis=-1)

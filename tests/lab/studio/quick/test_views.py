@@ -1,4 +1,4 @@
-"""Quick views: they repeat, and their parts agree."""
+"""Quick views can be repeated, and their parts agree."""
 
 from __future__ import annotations
 
@@ -81,8 +81,7 @@ def test_maps_masks_and_landmarks_agree(block: list[QuickView]) -> None:
 
 
 def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView]) -> None:
-    """Where the front lies just before a knee or an elbow, the pixel's place is the place of that
-    joint on the body at rest."""
+    """At a knee or an elbow in front, the pixel's place is that joint's place on the body at rest."""
     model = load_body_model()
     rest, heads = model.rest(torch.from_numpy(model.shape_default))
     marks = model.landmarks_of(rest[model.landmark_vertices], heads).numpy()

@@ -102,7 +102,7 @@ class Making:
         return self._program.poll() is None
 
     def result(self, context: Any) -> tuple[Any, str]:
-        """The armature, or None and what went wrong; waits for the end."""
+        """Wait for the end of the job; return the armature and "", or None and the error."""
         self._program.wait()
         self._said.seek(0)
         said = self._said.read()

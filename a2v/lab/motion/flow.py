@@ -55,7 +55,7 @@ class FlowSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, with a cosine decay to a fiftieth.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     balance : float
         Share of windows drawn with all actions equally likely; the others are drawn with all clips
         equally likely. For data sets with rare actions.

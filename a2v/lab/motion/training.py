@@ -45,7 +45,7 @@ class TrainSettings(RunSettings):
     learning_rate : float
         Learning rate of Adam.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of Adam.
     schedule : "constant" or "cosine"
         "cosine" lowers the learning rate to a hundredth toward the end (not in the paper; see
         docs).

@@ -65,7 +65,7 @@ class FlowSettings(RunSettings):
     context_dropout : float
         Share of windows on which the network is trained without context.
     action_dropout : float
-        Share of windows on which the network is trained without an action; guidance needs these.
+        Share of windows on which the network is trained without an action, which guidance requires.
     emphasis : float
         The error of a coefficient is weighted by its standard deviation to this power: 0 weights
         all equally, 1 in proportion to their effect on the joints.

@@ -344,10 +344,7 @@ class Fit:
 
     def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
         """Return the distances between the confident keypoints and the body's landmarks in the
-        photo.
-
-        They are relative to the person's standing `height`, meters.
-        """
+        photo, relative to the person's standing `height`, meters."""
         seen = self.evidence.confidence > 0.3
         error = np.linalg.norm(
             camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1

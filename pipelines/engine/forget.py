@@ -34,7 +34,7 @@ class Forgotten:
     calls : int
         Records of calls that depended on the photo.
     unknown : int
-        Records of an older version, which do not say what they depended on; they are removed too.
+        Records of an older version without dependencies; they are removed too.
     values : int
         Stored values.
     bytes : int

@@ -221,7 +221,7 @@ class Handlers:
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
-        """Analyze a photo again that could not be used."""
+        """Process a photo again."""
         self._desk.again(self._photo(request))
         return Told({})
 
@@ -330,7 +330,7 @@ class Handlers:
         return Told({})
 
     async def again(self, request: Request) -> Response:
-        """Make a failed or cancelled video again."""
+        """Run a job again."""
         self._desk.again(self._job(request))
         return Told({})
 

@@ -35,12 +35,12 @@ def heading(landmarks: FloatArray) -> float:
     return math.degrees(math.atan2(-across[2], across[0]))
 
 
-def best_side(errors: Mapping[str, float], turned: float) -> str:
-    """Return the one of `SIDES` from which a second photo would help most.
+def best_side(errors: Mapping[str, float], turned: float, *others: float) -> str:
+    """Return the one of `SIDES` from which a further photo would help most.
 
-    A second photo reduces the error of a limb's depth in proportion to the sine of the angle to
+    A further photo reduces the error of a limb's depth in proportion to the sine of the angle to
     the first photo; for a limb on the far side, half as much. If no limb is `DOUBTFUL`, the best
-    side is the one most opposite to the first photo.
+    side is the one most opposite to all given photos.
 
     Parameters
     ----------
@@ -48,10 +48,19 @@ def best_side(errors: Mapping[str, float], turned: float) -> str:
         Expected errors in depth, meters (`a2v.body.confidence.limb_errors`).
     turned : float
         `heading` of the person in the first photo, degrees.
+    *others : float
+        The same in the other photos that are given. They have reduced the errors.
     """
-    limbs = {limb: error for limb, error in errors.items() if limb.endswith(("arm", "leg"))}
+    known = max((abs(math.sin(math.radians(other - turned))) for other in others), default=0.0)
+    limbs = {
+        limb: (1 - known) * error for limb, error in errors.items() if limb.endswith(("arm", "leg"))
+    }
+
+    def apart(side: str) -> float:
+        return min(-math.cos(math.radians(SIDES[side] + angle)) for angle in (turned, *others))
+
     if max(limbs.values(), default=0.0) <= DOUBTFUL:
-        return max(SIDES, key=lambda side: -math.cos(math.radians(SIDES[side] + turned)))
+        return max(SIDES, key=apart)
 
     def settled(side: str) -> float:
         far = {"left": "right", "right": "left"}.get(side, "-")

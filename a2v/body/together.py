@@ -15,6 +15,7 @@ from a2v.body.fit import Fit, FitResult, one_thread, unknowns_of
 from a2v.body.lbfgs import minimize
 from a2v.body.objective import Objective, Stage
 from a2v.body.registry import load_body_model
+from a2v.body.second_photo import best_side, heading
 from a2v.body.settings import FitSettings
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.terms import alike
@@ -157,7 +158,15 @@ class _Together:
                     part._result(own, camera, one.space, {"loss": loss, "rounds": done})
                 )
             )
-        return results
+        turned = [
+            heading(part._landmarks(result.body))
+            for part, result in zip(self.parts, results, strict=True)
+        ]
+        side = best_side(results[0].residuals["limb_errors"], *turned)
+        return [
+            dataclasses.replace(result, residuals={**result.residuals, "second_photo": side})
+            for result in results
+        ]
 
     def to_surfaces(self, progress: Progress | None) -> list[FitResult]:
         """Fit to the surfaces (Eq. 15), in their frames."""

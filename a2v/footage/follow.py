@@ -9,37 +9,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from a2v.errors import InputError
 from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
 from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.ground import LEGS, evenly, standing
 from a2v.footage.hands import Hands, track_hands, with_hands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
-from a2v.footage.terms import SOLE, SOLES, Stands
 from a2v.footage.track import Piece, Track, pieces_of, track_of
 from a2v.footage.tracking import Sighting, Tracker
 from a2v.geometry.polar import nearest_rotations
 from a2v.geometry.vectors import unit
 from a2v.io import sha256
-from a2v.kinematics.foot_contacts import PlantSettings, contacts
+from a2v.kinematics.foot_contacts import PlantSettings
 from a2v.kinematics.planting import plant_feet
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
-SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
-"""Limits for contacts of feet whose depth is estimated."""
+PLANTED = PlantSettings(carry=0.5)
+"""How feet are planted at the end: feet whose depth is estimated slide more than the body drifts,
+so that the body is moved back by half of what standing feet slide."""
 LOOKING = 0.8
 """Share of the progress bar that the detectors take."""
-_LEGS = tuple(
-    tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot"))
-    for side in ("left", "right")
-)
 _FLOOR = 0.1
 """Share of the frames in which the lower foot may be below the ground."""
 
@@ -247,33 +243,6 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     )
 
 
-def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
-    """Resample values (T, ...) from `times` (T,), seconds, to `fps` from the first to the last."""
-    count = int(np.floor((times[-1] - times[0]) * fps + 1e-6)) + 1
-    at = times[0] + np.arange(count) / fps
-    if len(times) < 3:
-        return np.asarray(values[np.minimum(np.arange(count), len(values) - 1)])
-    return np.asarray(CubicSpline(times, values, axis=0)(at))
-
-
-def standing(moves: Moves, times: FloatArray) -> Stands | None:
-    """Find the contacts of the feet of a body at `times` (T,); None if there is no contact."""
-    even = evenly(moves.joints, times, SHOWN_FPS)
-    if len(even) < 4:
-        return None
-    feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
-    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, SURE)
-    at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
-    columns = []
-    for leg in (0, 1):
-        own, toe = stands[leg, 0, at], by_toe[leg, 0, at]
-        columns += [own * np.where(toe, 0.2, 1.0), own * np.where(toe, 1.0, 0.6)]
-    held = np.stack(columns, axis=1)
-    soles = np.minimum(*(moves.landmarks[:, SOLES[:, part], 1] for part in (0, 1)))  # (T, 2)
-    stood = soles[held.reshape(-1, 2, 2).max(axis=-1) > 0.5]
-    return Stands(held, float(np.median(stood)) - SOLE) if len(stood) else None
-
-
 def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
     """Resample to 30 frames per second, put the joints on the ground and plant the feet."""
     skeleton = person_skeleton()
@@ -281,8 +250,8 @@ def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
     joints = on_lengths(evenly(moves.joints, track.times, SHOWN_FPS), skeleton, lengths)
     joints[..., 1] -= _ground(joints)
     joints -= joints[0, 0] * np.array([1.0, 0.0, 1.0])
-    planted = plant_feet(joints, skeleton, SHOWN_FPS).astype(np.float64)
-    planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in _LEGS], 1].min(axis=1), 0.02) - TOE
+    planted = plant_feet(joints, skeleton, SHOWN_FPS, settings=PLANTED).astype(np.float64)
+    planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in LEGS], 1].min(axis=1), 0.02) - TOE
     return Motion(
         joints=planted.astype(np.float32),
         rotations=inverse_kinematics(planted, skeleton).astype(np.float32),
@@ -300,7 +269,7 @@ TOE = 0.02
 
 def _ground(joints: FloatArray) -> float:
     """Return the height of the ground under joints (T, J, 3)."""
-    lowest = joints[:, [leg[1] for leg in _LEGS], 1].min(axis=1)
+    lowest = joints[:, [leg[1] for leg in LEGS], 1].min(axis=1)
     return float(np.quantile(lowest, _FLOOR)) - TOE
 
 

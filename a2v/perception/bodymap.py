@@ -102,7 +102,12 @@ def height_in_pixels(landmarks: FloatArray) -> float:
 
 
 def mended(
-    keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False
+    keypoints: FloatArray,
+    keypoints_3d: FloatArray,
+    found: BodyMap,
+    *,
+    keep: bool = False,
+    stance: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """Merge the detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, with the
     body map's: means weighted by their expected errors.
@@ -120,6 +125,9 @@ def mended(
         Body map of the same picture.
     keep : bool
         The user has given `keypoints`; they replace the detector's and are not changed.
+    stance : bool
+        Use only the detector's depths of a person whose both legs stand. They are better than the
+        mean in photographs, but not in films, where a person stands in some frames.
 
     Returns
     -------
@@ -138,7 +146,9 @@ def mended(
     apart = gap > _APART
     share[apart] = share[apart, :1] > 0.5  # never between two places
     deep = _depths_in_pixels(keypoints, keypoints_3d)
-    if all(leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")):
+    if stance and all(
+        leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")
+    ):
         share[:, 1] = (
             # the detector's depths are corrected on standing people and most accurate for them
             # (docs/research/fitting.md)

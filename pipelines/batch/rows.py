@@ -50,10 +50,10 @@ class Row:
     number : int
         Its place in the file, from 1.
     name : str
-        What the user calls it.
+        The user's name for it.
     request : VideoRequest
     problem : str
-        Why it cannot be done; empty where it may be.
+        Why the job cannot run; empty if it can.
     """
 
     number: int

@@ -67,7 +67,7 @@ class Options:
         default="",
     )
     sheet: int = option("number of photos on the picture sheet; 0: no sheet", default=20)
-    out: str = option("the .md to write; .json and .jpg lie beside it")
+    out: str = option("file to write, .md; the .json and the .jpg are written beside it")
     protocol: MovedSettings = group(MovedSettings)
     stages: PersonStages = group(PersonStages)
     running: RunOptions = group(RunOptions)

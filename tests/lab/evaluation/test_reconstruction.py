@@ -37,6 +37,7 @@ from a2v.lab.evaluation.reconstruction import (
     surface_maps,
     to_true_frame,
 )
+from a2v.lab.evaluation.reconstruction.alignment import Scan, aligned_distances
 from a2v.lab.evaluation.reconstruction.measures import detail_share
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.avatars import a_pose
@@ -600,3 +601,19 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
         "did not find the person"
         in evaluate_case(elsewhere, methods, BenchmarkSettings()).outcome.failure
     )
+
+
+def test_alignment_with_size_reaches_a_truth_of_another_size() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
+    true = mesh.vertices * [0.25, 0.9, 0.15]
+    true[:, 0] *= 1 + 0.4 * true[:, 1]  # shoulders are wider than feet
+    faces = np.asarray(mesh.faces, np.int32)
+    turn = trimesh.transformations.rotation_matrix(np.radians(6), [1, 0, 0])[:3, :3]
+    own = true @ turn.T / 1.12 + [0.1, 0.9, -0.2]
+    scans = [
+        Scan.of(vertices.astype(np.float32), faces, vertices.astype(np.float32))
+        for vertices in (own, true)
+    ]
+    chamfer, p2s = aligned_distances(*scans, sized=True)
+    assert max(chamfer, p2s) < 0.002
+    assert aligned_distances(*scans)[0] > 0.01  # a rigid motion does not change the size

@@ -40,7 +40,7 @@ from pipelines.run import run
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
-SIZE = 128 if SMALL else 240
+SIZE = 128 if SMALL else 320
 
 # %% [markdown]
 # ## The photo, the mask and the guide
@@ -179,7 +179,7 @@ surface = implicit_surface(
     subject,
     body,
     camera,
-    settings=ImplicitSettings(resolution=200, vertices=25_000),
+    settings=ImplicitSettings(resolution=200 if SMALL else 256, vertices=25_000),
 )
 made = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
 pushed = Reconstruction(
@@ -277,7 +277,7 @@ for strength in (1.0, 10.0):
     whole = ColorProblem(
         prior=given, neighbors=neighbors, free=hidden, band=band, lambda_nn=strength
     )
-    solved = solve_colors(given, whole, max_iterations=50 if SMALL else 150, tolerance=1e-3)
+    solved = solve_colors(given, whole, max_iterations=50 if SMALL else 300, tolerance=1e-3)
     versions[f"lambda {strength:g}"] = solved.colors
 chest = ours.vertices.mean(0) + np.array([0, 0.25, 0])
 close = {"azimuth": 95, "center": chest, "extent": 0.9, "size": SIZE}

@@ -19,17 +19,17 @@ class Answer:
     Attributes
     ----------
     files : sequence of Path
-        What was written, the main one first.
+        Written files, the main one first.
     facts : mapping
-        What was found out, by name: what JSON can hold, paths and dataclasses.
+        Facts by name: JSON values, paths and dataclasses.
     notes : sequence of str
-        What the user should know of how it went.
+        Notes for the user.
     text : str or None
-        What people read instead of `files`, a path a line.
+        Text for people; without it the paths of `files`, one per line.
     code : int
         The exit code.
     error : str
-        Why `code` is not 0, a sentence.
+        One sentence about the reason if `code` is not 0.
     """
 
     files: Sequence[Path] = ()

@@ -67,7 +67,7 @@ def check_typed(kind: type, given: Sequence[str]) -> None:
     for place, argument in enumerate(given):
         name, together, value = argument.partition("=")
         if name in names and (value if together else given[place + 1 : place + 2]) in ("-", ["-"]):
-            raise InputError(f"{name} - would read standard input; give a YAML file")
+            raise InputError(f"{name} cannot read standard input (-); give a YAML file")
 
 
 def _settings_of(kind: type) -> Iterator[str]:

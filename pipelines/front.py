@@ -71,11 +71,12 @@ class MotionClip:
     Attributes
     ----------
     request : MotionRequest
-        What was asked for.
+        The request.
     motion : Motion
         The joints, as ``a2v motion`` writes them.
     understood : tuple of str
-        What the words of the action were taken for, a line a part that is not an action's own name.
+        Interpretation of the words of the action: one line per part that is not the name of an
+        action.
     """
 
     request: MotionRequest
@@ -103,14 +104,14 @@ class Person:
     Attributes
     ----------
     request : PersonRequest
-        What was asked for.
+        The request.
     character : Character
         The surface with its body and its binding, as frames show it; files for other tools have
         fewer triangles (``triangles=0``: all).
     notes : tuple of str
-        What was told of how it went: doubts about the photo, for instance.
+        Notes about the result, such as doubts about the photo.
     running : RunOptions
-        Where it was made, and its videos will be.
+        Where and how it was made; its videos use the same.
     """
 
     request: PersonRequest
@@ -138,7 +139,7 @@ class Person:
         path : path
             ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
         motions : mapping of MotionClip
-            By the names that the clips get in the file.
+            Clips by their names in the file.
         rig, root_motion, author, license_url, others : the options of ``a2v character``
             Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and
             ``compress="meshopt"``; triangles and texture are `make_character`'s.
@@ -146,8 +147,8 @@ class Person:
         Raises
         ------
         InputError
-            No format has such a name, something is asked for that it cannot hold, or the file
-            cannot be written.
+            No format has this suffix, the format lacks a requested part, or the file cannot be
+            written.
         """
         target = Path(path)
         rigging = RigOptions(
@@ -278,7 +279,7 @@ def make_video(
 
     Parameters
     ----------
-    person, motion : what `make_character` and `make_motion` gave
+    person, motion : results of `make_character` and `make_motion`
     path : path
         An ``.mp4``: the views side by side. Without a suffix a folder, which gets everything that
         ``a2v video --out`` writes.

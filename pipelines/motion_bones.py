@@ -40,7 +40,7 @@ def first_frames(path: str, frames: int | None) -> Motion:
     Raises
     ------
     InputError
-        The file is unreadable, or has not so many frames.
+        The file is unreadable, or has fewer frames.
     """
     motion = read_motion(path)
     if motion.batch:

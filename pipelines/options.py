@@ -41,13 +41,13 @@ _MAX_SETTINGS_BYTES = 1 << 20
 def _settings_text(path: _paths.Path) -> str:
     """Return the text of a settings file: a regular, short file in UTF-8."""
     if path.absolute in ("-", "/dev/stdin"):
-        raise InputError("- would read standard input; give a YAML file")
+        raise InputError("settings cannot be read from standard input (-); give a YAML file")
     data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML"
+            f"{path.absolute} is not UTF-8 text ({error.reason}); expected YAML"
         ) from None
 
 
@@ -74,9 +74,9 @@ def option(
     ----------
     names : what users call it, if not the field's name; without hyphens before it, a positional
     argument
-    metavar : what its value is called
+    metavar : name of its value in the help
     many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
-    more : field of text that gets what is given after the first time, with commas
+    more : text field that gets all values after the first one, separated by commas
     rare : shown by ``--help-all`` only
     """
     facts = {
@@ -150,7 +150,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     Parameters
     ----------
     command : its name, such as ``video``
-    about : what it does, in a line
+    about : one line that describes the command
     examples : shown below the options
 
     Raises
@@ -184,7 +184,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         ) from None
     check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it only on the command line
-        raise InputError("json is no setting of a file; give --json on the command line")
+        raise InputError("json cannot be set in a file; give --json on the command line")
     return _made(kind, found)
 
 

@@ -1,8 +1,9 @@
 """Rendering on the CPU: the stage, the four cameras that follow, denoising, and video files.
 
-`choose_variant` finds what works here; `Renderer(surface, settings).render(vertices, camera)` makes
-pictures; `follow_cameras` aims; `write_video` and its siblings write. See ``docs/rendering.md``.
-Importing this package imports neither Mitsuba nor PyAV.
+`choose_variant` finds the Mitsuba variant that works on this machine. `Renderer(surface,
+settings).render(vertices, camera)` renders a picture. `follow_cameras` places the cameras.
+`write_video`, `write_gif` and `write_webp` write files. See ``docs/rendering.md``. Importing this
+package imports neither Mitsuba nor PyAV.
 """
 
 from a2v.rendering.camera import (

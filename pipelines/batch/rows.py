@@ -50,10 +50,10 @@ class Row:
     number : int
         Its place in the file, from 1.
     name : str
-        What the user calls it.
+        The user's name for it.
     request : VideoRequest
     problem : str
-        Why it cannot be done; empty where it may be.
+        Why the job cannot run; empty if it can.
     """
 
     number: int
@@ -81,7 +81,7 @@ def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{source} is no UTF-8 text ({error.reason}); save it as UTF-8") from None
+        raise InputError(f"{source} is not UTF-8 text ({error.reason}); save it as UTF-8") from None
     if source.suffix.lower() not in (".csv", ".yaml", ".yml"):
         raise InputError(f"cannot read jobs from {source}; expected a .csv or .yaml file")
     rows = list(

@@ -73,7 +73,7 @@ class Result:
 
     Attributes
     ----------
-    values : dict of refs, empty where it failed
+    values : dict of refs; empty if the task failed
     problem : str
         One sentence.
     trace : str
@@ -81,7 +81,7 @@ class Result:
     strange : bool
         The worker runs other code, weights or packages; the task did not begin.
     seconds : float
-        Spent on it; 0 where it was recalled.
+        Time spent on it; 0 if it was recalled.
     peak_memory : int
         Bytes.
     notes : tuple of str
@@ -104,12 +104,12 @@ class Job:
     ----------
     row : Row
     name : str
-        Its folder: words of the row and digits of all that was asked for, never more than a plain
-        name.
+        Name of its folder: words of the row, and digits of all its options. It is a plain name
+        without separators.
     tasks : tuple of Task
-        Person, motion, video; empty where the row has a problem.
+        Person, motion, video; empty if the row has a problem.
     notes : tuple of str
-        What the words of its action were taken for.
+        Interpretation of the words of its action.
     """
 
     row: Row

@@ -263,7 +263,8 @@ def _planned(options: Options) -> MotionPlan:
         if alone:
             what = ", ".join(step.action for step in plan.steps)
             raise InputError(
-                f"{alone[0]} is for what one model makes alone, and {what} are of {', '.join(plan.sources)}; leave it out"
+                f"{alone[0]} needs a single model, and {what} use {', '.join(plan.sources)}; "
+                f"leave {alone[0]} out"
             )
     for line in plan.lines():
         print(line, file=sys.stderr)

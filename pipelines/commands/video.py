@@ -138,7 +138,7 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
             animation=options.animation,
             megabytes=options.max_mb,
             sheet=options.sheet,
-            caption=_caption(outcome),
+            caption=caption_of(outcome),
         )
         if not options.only
         else []
@@ -155,11 +155,11 @@ def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
     )
 
 
-def _caption(outcome: Outcome) -> list[str]:
+def caption_of(outcome: Outcome) -> list[str]:
     """Return lines about the fit to the photo for the contact sheet; none without a photo."""
     from a2v.body import summary
 
-    names = [name for name in ("photo_body", "each_fit") if name in outcome.nodes]
+    names = [name for name in ("joint_fit", "photo_body") if name in outcome.nodes]
     return summary(outcome.nodes[names[0]].measures) if names else []
 
 

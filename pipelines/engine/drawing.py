@@ -30,7 +30,7 @@ def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") ->
     Raises
     ------
     InputError
-        Unknown kind of file, or it cannot be written, or `dot` was asked for and is not there.
+        Unknown format, a file that cannot be written, or `dot` is given but not installed.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in (".svg", ".png", ".pdf", ".dot"):

@@ -222,7 +222,7 @@ def open_executor(
 
     Parameters
     ----------
-    name : one of EXECUTORS, or an executor of your own (left open)
+    name : one of EXECUTORS, or a custom executor, which is left open
     workers : int or None
         Processes; None for one a core.
     address : str or None

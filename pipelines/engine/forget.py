@@ -34,11 +34,11 @@ class Forgotten:
     calls : int
         Records of calls that depended on the photo.
     unknown : int
-        Records of an older version, which do not say what they depended on; they are removed too.
+        Records of an older version without dependencies; they are removed too.
     values : int
         Stored values.
     bytes : int
-        Of these values.
+        Total size of these values.
     """
 
     calls: int = 0

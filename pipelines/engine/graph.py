@@ -27,7 +27,7 @@ class Step:
     ----------
     node : Node
     output : str or tuple of str
-        What it gives; a tuple names the members of the tuple that it returns.
+        Name of the result; a tuple names the members of a returned tuple.
     mapspec : str or None
         Fan-out, as in ``"pose[t] -> posed[t]"``; ``"... -> pose[t]"`` gives a list over t.
     together : function of the graph's inputs to int, optional

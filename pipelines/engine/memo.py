@@ -118,7 +118,7 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
     Parameters
     ----------
-    remember : False for what also depends on the machine and costs little: it runs every time
+    remember : False for a cheap node that also depends on the machine: it runs every time
     """
 
     def wrap(function: Callable[P, R]) -> Node[P, R]:

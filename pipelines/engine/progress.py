@@ -26,7 +26,7 @@ class NodeStats:
     Attributes
     ----------
     calls, cached : int
-        How often its result was asked for, and how often it was remembered.
+        Number of requests of its result, and how many were answered from the store.
     seconds, cpu_seconds : float
         Time computing by the clock, and processor time of all threads; summed over workers.
     span : tuple of 2 float
@@ -34,7 +34,7 @@ class NodeStats:
     peak_memory : int
         Highest resident memory of a process during a call, bytes.
     notes : list of str
-        What it told the user.
+        Its notes for the user.
     measures : dict
         Numbers about its result, such as residuals; of the last call.
     """

@@ -47,7 +47,7 @@ class Outcome:
     values : dict
         Ref, or list or object array of refs, of every output that was computed or recalled.
     nodes : dict
-        `NodeStats` of every node that was asked.
+        `NodeStats` of every requested node.
     seconds : float
     peak_memory : int
         Highest resident memory of all processes together, bytes.
@@ -94,16 +94,16 @@ def run(
     ----------
     target : name of an output, or several
     graph : the steps
-    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or an executor of your
-    own
+    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or a custom
+    executor
     workers, address : see `open_executor`
-    store : where values are kept; the default folder if None
+    store : store of the values; the default folder if None
     overrides : outputs given from outside, by name; the steps that make them are dropped
     fresh : outputs that are computed even when they are remembered
-    start : output that is computed anew with everything that depends on it
-    progress : called with an `Update` as nodes go on
-    early : outputs that are computed first, in this order, each with what is called with the
-    outcome so far as soon as it is there
+    start : output that is computed again with everything that depends on it
+    progress : called with an `Update` while nodes run
+    early : outputs that are computed first, in this order, each with a function. It is called with
+    the outcome so far when the output is computed
     params : the graph's inputs
 
     Raises

@@ -85,7 +85,7 @@ class Store:
         Raises
         ------
         InputError
-            The folder, or one in it, belongs to another user or can be written by others.
+            The folder, or one in it, belongs to another user or others can write to it.
         """
         with contextlib.suppress(OSError):  # the first write reports why it is impossible
             self.folder.mkdir(mode=0o777 if is_shared() else 0o700, parents=True)

@@ -24,7 +24,7 @@ from a2v.lab.evaluation.moved.sheets import moved_rows
 from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
 from a2v.lab.evaluation.reconstruction.panels import Pin
 from a2v.lab.evaluation.reconstruction.pictures import stack_rows
-from a2v.types import Character, PhotoCamera, Subject
+from a2v.types import Body, Character, PhotoCamera, Subject
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.engine.store import Store
@@ -67,7 +67,7 @@ class Options:
         default="",
     )
     sheet: int = option("number of photos on the picture sheet; 0: no sheet", default=20)
-    out: str = option("the .md to write; .json and .jpg lie beside it")
+    out: str = option("file to write, .md; the .json and the .jpg are written beside it")
     protocol: MovedSettings = group(MovedSettings)
     stages: PersonStages = group(PersonStages)
     running: RunOptions = group(RunOptions)
@@ -149,7 +149,7 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
     outcome = MovedOutcome(case.name, case.index, case.stance, options.method)
     try:
         made = options.running.run(
-            ["character", "subject", "photo_camera"],
+            ["character", "subject", "photo_camera", "body"],
             options.stages.with_photo(os.fspath(photo)).resolve(store),
         )
     except InputError as error:
@@ -166,6 +166,7 @@ def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
     moved = move(
         case,
         character,
+        made.get("body", Body),
         made.get("photo_camera", PhotoCamera),
         made.get("subject", Subject),
         options.protocol,

@@ -188,7 +188,7 @@ def _of_baseline(
 ) -> list[Motion]:
     """Return clips of a trained baseline, with first poses from the data set."""
     if options.dataset is None or options.data is None:
-        raise InputError(f"give --dataset and --data, which {path} learned from")
+        raise InputError(f"{path} needs its training data; give --dataset and --data")
     dataset = load_dataset(options.dataset, options.data)
     trained = open_baseline(str(path), dataset)
     known = {plain_name(name): name for name in dataset.actions}

@@ -130,8 +130,8 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
         return f"#{red:02x}{green:02x}{blue:02x}", None
     if not Path(asked).is_file():
         raise InputError(
-            f"background '{asked}' is no file; expected stage, photo, transparent, a color such as "
-            "#30506f, or an image"
+            f"background '{asked}' is not a file; expected stage, photo, transparent, a color such "
+            "as #30506f, or an image"
         )
     data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
     decode_photo(data, Path(asked).name)  # an error now, before a long computation

@@ -87,7 +87,7 @@ class PersonStages:
         rare=True,
     )
     pifu_geometry: str = option(
-        "your file of PIFu's net_G: the shape without --pifuhd; --pifu-color requires it",
+        "your file of PIFu's net_G, for the shape if --pifuhd is absent; --pifu-color requires it",
         default="",
         metavar="FILE",
         rare=True,
@@ -106,6 +106,11 @@ class PersonStages:
     )
     pamir_texture: str = option(
         "your file of PaMIR's checkpoint for the colors", default="", metavar="FILE", rare=True
+    )
+    pamir_refine: int = option(
+        "number of steps in which PaMIR's field refines the body that its networks see; 0 for none",
+        default=0,
+        rare=True,
     )
     perception: PerceptionSettings = settings(
         PerceptionSettings, users=("confidence", "max_side", "face", "hands")
@@ -158,7 +163,8 @@ class PersonStages:
             for name in ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture")
         }
         smpl = self.fit.model if self.pamir_geometry and self.fit.model.endswith(".npz") else ""
-        return plugged(self.backend, **checkpoints, smpl=smpl).pinned()
+        refine = {"pamir_refine": self.pamir_refine} if self.pamir_refine else {}
+        return plugged(self.backend, **checkpoints, **refine, smpl=smpl).pinned()
 
     def parameters(self) -> Parameters:
         """Return the settings of each stage by the name of the graph's parameter.

@@ -221,7 +221,7 @@ class Handlers:
         return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
 
     async def look_again(self, request: Request) -> Response:
-        """Another attempt."""
+        """Process a photo again."""
         self._desk.again(self._photo(request))
         return Told({})
 
@@ -330,7 +330,7 @@ class Handlers:
         return Told({})
 
     async def again(self, request: Request) -> Response:
-        """Another attempt."""
+        """Run a job again."""
         self._desk.again(self._job(request))
         return Told({})
 

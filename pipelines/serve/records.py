@@ -57,9 +57,9 @@ class Photo:
     landmarks : u, v in pixels of ``photo.jpg`` and confidence, in BlazePose order
     digest : of the value that the store has of it
     people : left, top, right, bottom of all who were found, the largest first, fractions of the
-    photo; empty where it is one
-    corrected : whether the user has corrected what was seen
-    looks : how often it was looked at, so that a browser knows an old outline
+    photo; empty if there is only one
+    corrected : whether the user has corrected the detection
+    looks : number of detections, by which a browser recognizes an outdated outline
     more : digests of further photos of the same person, ``more-1`` and so on in its folder
     clip : suffix of the video whose motion the person can take over, ``clip`` with it in its folder
     clip_title, clip_seconds, clip_digest : its name, its length and its digest in the store

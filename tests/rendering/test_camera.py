@@ -278,7 +278,7 @@ def test_camera_files_read(tmp_path: Path) -> None:
     [
         ("", "no cameras"),
         ("- a\n- b\n", "no cameras"),
-        ("hero: [1, 2]\n", "camera 'hero' is no mapping"),
+        ("hero: [1, 2]\n", "camera 'hero' is not a mapping"),
         ("hero: {azimut: 3}\n", "did you mean azimuth"),
         ("hero: {azimuth: left}\n", "azimuth of camera 'hero' is 'left'; expected a number"),
         ("hero: {azimuth: .nan}\n", "not finite"),
@@ -291,8 +291,8 @@ def test_camera_files_read(tmp_path: Path) -> None:
         ("front: {azimuth: 3}\n", "is taken"),
         ("video: {azimuth: 3}\n", "is taken"),
         ("'../up': {azimuth: 3}\n", "names no camera"),
-        ("hero: !!python/object/apply:os.system [true]\n", "no YAML"),
-        ("hero: {azimuth: 3\n", "no YAML"),
+        ("hero: !!python/object/apply:os.system [true]\n", "not a YAML"),
+        ("hero: {azimuth: 3\n", "not a YAML"),
         ("x" * 70000, "larger than 64 kB"),
     ],
 )

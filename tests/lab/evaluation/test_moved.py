@@ -1,4 +1,4 @@
-"""The benchmark of moved people: who, how poses are carried over, and what is measured."""
+"""The benchmark of moved people: the people, the transfer of poses, and the measures."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase, open_moved_case
 from a2v.lab.evaluation.moved.measures import (
+    HIP_JOINTS,
     MovedSettings,
     compare_moved,
     move,
     of_other_parts,
     outer_faces,
+    scale_at_hips,
     torn_share,
 )
 from a2v.lab.evaluation.moved.panels import MOVED_PANELS
@@ -38,7 +40,7 @@ from a2v.lab.studio.stand import prepare_avatar
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
 from a2v.reconstruction.canonical.build import with_teeth
 from a2v.reconstruction.canonical.topology import topology
-from a2v.types import Body, Surface
+from a2v.types import Body, OrthographicCamera, PhotoCamera, Surface
 from pipelines.cli import main
 from tests.support.bodies import subject_of
 
@@ -74,8 +76,7 @@ def rest_body() -> Body:
 
 
 def test_carried_joints_are_the_truths_where_the_body_is_the_truth(rest_body: Body) -> None:
-    """A body whose own skeleton is the truth's comes to stand exactly in every pose of the
-    truth."""
+    """A body with the true skeleton takes exactly every pose of the ground truth."""
     shaped, generator = shape_body({}), np.random.default_rng(0)
     rest = rig_transforms(shaped.heads).astype(np.float64)
     turns = np.tile(np.eye(3), (len(RIG_BONES), 1, 1))
@@ -116,7 +117,7 @@ def test_torn_area_is_of_long_stretched_triangles() -> None:
 
 
 def test_colors_of_other_parts_are_those_that_the_truth_has_elsewhere() -> None:
-    """A hand's color on the belly counts; the belly's own, and a shade that nothing has, do
+    """A hand's color on the belly counts; the belly's own, or a shade that occurs nowhere, does
     not."""
     generator = np.random.default_rng(0)
     belly, hand = (
@@ -195,16 +196,15 @@ def test_the_truth_stands_on_the_ground_in_every_pose(case: MovedCase) -> None:
 
 
 def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> None:
-    """The bare body of another person is within centimeters of the truth, and nothing of it is
-    torn."""
+    """The bare body of another person is within centimeters of the truth and not torn."""
     first = dataclasses.replace(case, vertices=case.vertices[:2], turns=case.turns[:2])
     character = skin_of(rest_body)
     subject, camera = subject_of(rest_body)  # its crop is its whole photo
     tall = np.ptp(case.vertices[0][:, 1]) / np.ptp(rest_body.vertices[:, 1])
     camera = dataclasses.replace(
-        camera, scale=float(case.camera.scale * tall)
+        camera, scale=float(case.hips_scale * tall)
     )  # as a fit to this photo would have it
-    moved = move(first, character, camera, subject, QUICK)
+    moved = move(first, character, rest_body, camera, subject, QUICK)
     scores = compare_moved(first, moved, QUICK)
     assert list(scores) == list(POSES[:2])
     assert max(values["torn"] for values in scores.values()) == 0
@@ -217,6 +217,18 @@ def test_a_bare_body_is_measured_and_drawn(case: MovedCase, rest_body: Body) -> 
     assert case.name in photo_table(
         [outcome, MovedOutcome("nobody", 1, "sides", "body", failure="no person")]
     )
+
+
+def test_the_size_is_measured_at_the_depth_of_the_hips(rest_body: Body) -> None:
+    """A body behind the point that defines the camera's scale appears smaller."""
+    flat = OrthographicCamera(scale=500.0, center_u=0.0, center_v=0.0)
+    joints = [rest_body.bone_names.index(name) for name in HIP_JOINTS]
+    hips = rest_body.bone_transforms[joints, :3, 3].mean(axis=0)
+    assert scale_at_hips(flat, rest_body) == pytest.approx(500.0)
+    for behind in (0.0, 0.3):
+        aim = (0.0, 1.0, float(hips[2]) + behind)
+        camera = PhotoCamera(flat=flat, aim=aim, distance=3.0)
+        assert scale_at_hips(camera, rest_body) == pytest.approx(500.0 * 3.0 / (3.0 + behind))
 
 
 def test_wrong_options_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,8 +21,9 @@ from a2v.lab.evaluation.moved.carry import truth_turns
 from a2v.lab.evaluation.reconstruction.cases import lit_by
 from a2v.lab.evaluation.reconstruction.panels import Pin
 from a2v.lab.studio.avatars import Avatar
+from a2v.lab.studio.makehuman.dressing import dress
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import Wardrobes, dress
+from a2v.lab.studio.makehuman.people import Wardrobes
 from a2v.lab.studio.ordinary import draw_ordinary
 from a2v.lab.studio.photograph import FILM, Photograph, light_scene, photograph_scene
 from a2v.lab.studio.posing import avatar_body
@@ -45,7 +46,7 @@ from a2v.lab.studio.view import PHOTO_SIZE
 from a2v.record import Record
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
-VERSION = 1
+VERSION = 2
 """Version of the cases; it is raised when photos or poses change."""
 
 FRAMES: tuple[tuple[str, float], ...] = (
@@ -80,7 +81,10 @@ class MovedCase(Record):
         Class of the photo's pose.
     image : (H, W, 3) uint8
     camera : OrthographicCamera
-        Of the photo's pixels, meters at the person.
+        Of the photo's pixels, meters at the depth of the middle of the person's bounding box.
+    hips_scale : float
+        Pixels of the photo per meter at the depth of the hip joints. In a squat the hips are much
+        farther from the camera than the middle of the bounding box.
     surface : Surface
         The person in T-pose, colored with the texture in the photo's mean light.
     outer : (n,) int
@@ -102,6 +106,7 @@ class MovedCase(Record):
     stance: str
     image: ByteArray
     camera: OrthographicCamera
+    hips_scale: float
     surface: Surface
     outer: IntArray
     vertices: FloatArray
@@ -139,7 +144,7 @@ def open_moved_case(
     prepared = _person(pin.avatar, Path(data))
     generator = np.random.default_rng([StudioSettings().seed, pin.index])
     outfit = draw_outfit(prepared, generator)
-    photo, camera = _photographed(outfit, pin.stance, generator)
+    photo, camera, hips_scale = _photographed(outfit, pin.stance, generator)
     transforms = np.stack([outfit.avatar.rest_transforms, *_frames(outfit.avatar, Path(data))])
     placed = [outfit.avatar.skin(pose) for pose in transforms]
     hips = transforms[:, outfit.avatar.bone_names.index("Hips"), :3, 3]
@@ -153,6 +158,7 @@ def open_moved_case(
         stance=pin.stance,
         image=photo.image,
         camera=camera,
+        hips_scale=hips_scale,
         surface=lit_by(_textured(outfit, grounded[0]), photo.gain),
         outer=np.flatnonzero(sort_faces(outfit.avatar).outer),
         vertices=np.stack(grounded).astype(np.float32),
@@ -190,8 +196,9 @@ def _textured(outfit: Outfit, vertices: FloatArray) -> Surface:
 
 def _photographed(
     outfit: Outfit, stance: str, generator: np.random.Generator
-) -> tuple[Photograph, OrthographicCamera]:
-    """A photo of a person in a stance of `ORDINARY`, and its camera, in meters."""
+) -> tuple[Photograph, OrthographicCamera, float]:
+    """A photo of a person in a stance of `ORDINARY`, its camera, in meters, and the pixels per
+    meter at the hips."""
     pose, yaw, held = draw_ordinary(stance, outfit.avatar, generator)
     placed = stand(outfit, pose, yaw, generator, distance=_DISTANCE, height=_HEIGHT)
     clutter = Clutter(held) if held is not None else NOTHING
@@ -210,7 +217,18 @@ def _photographed(
     rays = RayScene(surface.vertices, surface.faces)
     fore = side_view(rays, shown.normals, camera, FILM.size, FILM.shadows, 1)
     lit = light_scene(rays, shown, fore, generator)
-    return photograph_scene(rays, shown, fore, lit, generator), camera
+    photo = photograph_scene(rays, shown, fore, lit, generator)
+    return photo, camera, scale * _hips_zoom(placed)
+
+
+def _hips_zoom(placed: Stand) -> float:
+    """Size of a meter at the hip joints relative to one at the middle of the bounding box, as the
+    camera sees both."""
+    bones = placed.outfit.avatar.bone_names
+    joints = [placed.transforms[bones.index(name), :3, 3] for name in ("LeftUpLeg", "RightUpLeg")]
+    frame = placed.frame
+    depth = (np.mean(joints, axis=0) + placed.shift - frame.middle) @ frame.axes[2]
+    return float(frame.distance / (frame.distance - depth))
 
 
 def _before_camera(placed: Stand, origin: FloatArray, camera: OrthographicCamera) -> Sitting:

@@ -21,6 +21,7 @@ from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surf
 from a2v.lab.studio.solid import OPEN_RAYS, open_faces
 from a2v.lab.studio.texture import texture_at
 from a2v.types import (
+    Body,
     BoolArray,
     Camera,
     Character,
@@ -32,9 +33,10 @@ from a2v.types import (
 )
 
 LONG_EDGE = 0.04
-"""A triangle is torn if an edge is longer than this, meters, and stretched by `STRETCH`."""
+"""A triangle is torn if an edge is longer than this, meters, and stretched by more than
+`STRETCH`."""
 STRETCH = 3.0
-"""Length of a torn edge relative to its length where the character was made."""
+"""Smallest ratio between the length of a torn edge and its length on the undeformed character."""
 OWN_REACH = 0.06
 """Distance around a place of the character within which colors of the truth belong to the place,
 meters."""
@@ -45,6 +47,8 @@ OWN_COLOR = 20.0
 belong to the place, CIELAB units (lightness counts half), ..."""
 OTHER_COLOR = 10.0
 """... and nearer than this to a color of the other part, in the same units."""
+HIP_JOINTS = ("upperleg01.L", "upperleg01.R")
+"""Bones of Anny whose heads are the hip joints."""
 SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
 """Turns about the vertical, degrees."""
 
@@ -79,7 +83,7 @@ class Moved:
     ----------
     character : Character
     made : (V, 3) float64
-        Vertices where the character was made, meters of the truth.
+        Vertices in the pose in which the character was made, meters of the truth.
     vertices : (T, V, 3) float64
         In each of `POSES`, aligned with the truth, meters.
     """
@@ -96,22 +100,28 @@ class Moved:
 
 
 def move(
-    case: MovedCase, character: Character, camera: Camera, subject: Subject, settings: MovedSettings
+    case: MovedCase,
+    character: Character,
+    body: Body,
+    camera: Camera,
+    subject: Subject,
+    settings: MovedSettings,
 ) -> Moved:
     """Put a character into the poses of a case by skinning, and align each with the truth (rigid,
     ICP).
 
-    The size of the character is that of its photo's pixels at the distance of the fitted body; see
-    `_same_size`.
+    The character is scaled so that a meter at the hips of the fitted body has as many pixels in the
+    photo as a meter at the hips of the truth. What is left is the error of the character's own
+    proportions and of the fitted distance; see `_same_size`.
 
     Parameters
     ----------
-    camera : Camera
-        The fitted one, of the pixels of `subject`.
+    body, camera
+        Fitted to the photo, in the pixels of `subject`.
     """
-    scale = camera.scale / camera_of_crop(case.camera, subject).scale
-    body = character.body
-    poses = carried(body, case.bones, case.heads, case.turns)
+    zoom = camera_of_crop(case.camera, subject).scale / case.camera.scale
+    scale = scale_at_hips(camera, body) / (zoom * case.hips_scale)
+    poses = carried(character.body, case.bones, case.heads, case.turns)
     faces, placed = character.surface.faces.astype(np.int64), []
     for pose, transforms in enumerate(poses):
         vertices = scale * deform(character, transforms).astype(np.float64)
@@ -130,6 +140,14 @@ def move(
         rotation, shift, _ = align(Scan.of(vertices, faces, points), Scan(truth, triangles, theirs))
         placed.append(vertices @ rotation.T + shift)
     return Moved(character, scale * character.surface.vertices.astype(np.float64), np.stack(placed))
+
+
+def scale_at_hips(camera: Camera, body: Body) -> float:
+    """Pixels per meter that a camera gives to level lengths at the hip joints of a body."""
+    joints = [body.bone_names.index(name) for name in HIP_JOINTS]
+    middle = body.bone_transforms[joints, :3, 3].astype(np.float64).mean(axis=0)
+    ends = camera.project(middle + np.array([[-0.005, 0.0, 0.0], [0.005, 0.0, 0.0]]))
+    return float(np.linalg.norm(ends[1] - ends[0]) / 0.01)
 
 
 def _points(vertices: FloatArray, faces: IntArray, settings: MovedSettings) -> FloatArray:
@@ -165,7 +183,8 @@ def _same_size(
     case: MovedCase, moved: Moved, pose: int, settings: MovedSettings
 ) -> dict[str, float]:
     """Distances (cm) after an alignment that also scales the character, and its size relative to
-    the truth before it (%). One photo does not determine the absolute size of a person."""
+    the truth before it (%). One photo does not determine the distance of the camera, and so
+    neither the exact proportion of hips, head and feet nor the size."""
     faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
     true = case.vertices[pose].astype(np.float64)
     mine, theirs = _points(moved.vertices[pose], faces, settings), _points(true, outer, settings)
@@ -244,8 +263,8 @@ def outer_faces(surface: Surface) -> IntArray:
 def of_other_parts(
     points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray
 ) -> BoolArray:
-    """Which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the truth
-    (M, 3) has only elsewhere.
+    """Return which of `points` (N, 3), meters, with `colors` (N, 3), CIELAB, have a color that the
+    truth (M, 3) has only elsewhere.
 
     See `OWN_COLOR`. Colors that no part has (shading, highlights) do not count.
     """

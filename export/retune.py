@@ -54,8 +54,8 @@ def retune(
         raise InputError(f"{source} is not a window flow of a2v")
     if not guidance >= 0 or guidance == 1:
         raise InputError(
-            f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the "
-            "graph is another one"
+            f"guidance is {guidance}; expected a number of at least 0, but not 1: a model "
+            "without guidance has another graph"
         )
     own = dict(said.get("temperature_factors", {}) if factors is None else factors)
     if unknown := sorted(set(own) - set(said["actions"])):

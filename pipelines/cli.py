@@ -310,9 +310,10 @@ def _run(arguments: list[str]) -> Answer:
 
 
 def _own_command(name: str, arguments: Sequence[str]) -> str:
-    """Return the command, or "command what" if that part has its own options.
+    """Return the name of the command whose options apply.
 
-    Its module is ``command_what``.
+    That is "name part" if the first argument is a part with a module ``name_part``, such as
+    "train flow", and else `name`.
     """
     what = arguments[0] if arguments else ""
     if what.isidentifier() and module_of(f"{name} {what}"):

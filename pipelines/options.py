@@ -184,7 +184,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         ) from None
     check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it only on the command line
-        raise InputError("json is no setting of a file; give --json on the command line")
+        raise InputError("json cannot be set in a file; give --json on the command line")
     return _made(kind, found)
 
 

@@ -22,7 +22,8 @@ class DeformSettings:
     Attributes
     ----------
     method : "arap" or "skinning"
-        Eq. 20, or linear blend skinning (as in viewers of GLB files).
+        "arap" is as-rigid-as-possible deformation (Eq. 20), "skinning" is linear blend skinning (as
+        in viewers of GLB files).
     control : float
         Weight of a control point relative to the rigidity of its surroundings (dimensionless; 1 in
         the paper). Smaller values are smoother: a control point acts over about ``1 /

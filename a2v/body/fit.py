@@ -343,8 +343,8 @@ class Fit:
         return points
 
     def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
-        """Distances of the confident keypoints from the body's landmarks, by its standing `height`
-        in meters."""
+        """Return the distances between the confident keypoints and the body's landmarks in the
+        photo, relative to the person's standing `height`, meters."""
         seen = self.evidence.confidence > 0.3
         error = np.linalg.norm(
             camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1

@@ -14,7 +14,7 @@ _DYNAMO = "__dynamo_disable"
 
 
 def _without_dynamo(optimizer: Any) -> None:
-    """Keep PyTorch from importing its compiler (1.5 s) for the class of an `optimizer`.
+    """Keep PyTorch from importing its compiler (about 2 s) for the class of an `optimizer`.
 
     Two of the class's methods are wrapped so that the compiler skips them. At its first call, the
     wrapper imports the compiler, unless the method already has the attribute `_DYNAMO`. Nothing

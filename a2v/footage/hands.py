@@ -133,7 +133,8 @@ def track_hands(
     tilt: FloatArray,
     times: FloatArray,
 ) -> Hands | None:
-    """Smooth what was found of the hands; relaxed fingers if a hand is not found for a while.
+    """Smooth the landmarks of the hands over time. A hand that is not found for a while gets
+    relaxed fingers.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def track_hands(
     Returns
     -------
     Hands or None
-        None if either both hands are found in less than `LEAST` of the frames.
+        None if each hand is found in less than `LEAST` of the frames.
     """
     count = len(found)
     rest_axes = np.stack([_rest(side).axes for side in SIDES])

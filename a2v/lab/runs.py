@@ -48,8 +48,8 @@ class RunSettings:
     log_every : int
         Iterations between lines of the log.
     quick_products : bool
-        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On
-        a CPU with AMX it rounds factors to bfloat16.
+        Compute matrix products by oneDNN instead of MKL while training on a CPU. It is twice as
+        fast on AMD's CPUs. On a CPU with AMX it rounds factors to bfloat16.
     """
 
     seed: int = 0

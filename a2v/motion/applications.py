@@ -269,7 +269,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     if missing := missing_joints(wanted):
         raise InputError(
             f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start "
-            "with its own joint names"
+            "whose joints have the same names as the model's"
         )
     source = source_joints(motion)
     shoulders = (source["left_shoulder"] + source["right_shoulder"]) / 2

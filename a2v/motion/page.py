@@ -147,8 +147,8 @@ def _pieces(parts: dict[str, bytes]) -> list[bytes]:
 
 
 def page_graph(path: Path) -> tuple[bytes, bool]:
-    """A model's graph for the page: joints are the only output, and guidance is an input if the
-    model is guided.
+    """Return a model's graph for the page: joints are the only output, and guidance is an input if
+    the model is guided.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from a2v.rendering.camera import (
 )
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
-from a2v.rendering.framing import Framing
+from a2v.rendering.framing import Framing, extreme_points
 from a2v.rendering.images import contact_sheet, side_by_side, with_caption
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
@@ -49,6 +49,7 @@ __all__ = [
     "choose_variant",
     "contact_sheet",
     "denoise",
+    "extreme_points",
     "follow_cameras",
     "probe_video",
     "read_cameras",

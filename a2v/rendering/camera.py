@@ -295,8 +295,8 @@ def follow_cameras(
     Parameters
     ----------
     track : (T, N, 3) float
-        The character over time, meters: all vertices, or N = 2 for the least and greatest corners
-        of each frame's bounding box.
+        The character over time, meters: all vertices, the `extreme_points` of each frame, or
+        N = 2 for the least and greatest corners of each frame's bounding box.
     settings : RenderSettings
         Its `views`, `aspect` and `follow`.
     cameras : sequence of CameraPath

@@ -265,7 +265,7 @@ class Box:
 def boxes(person: BoolArray) -> list[Box]:
     """Return boxes around the person's pixels (H, W): one box, cut in two as long as that reduces
     the denoised area."""
-    around = _box(person)
+    around = _box(_spans(person))
     return [] if around is None else _cut(person, around)
 
 
@@ -275,12 +275,12 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
     inside = np.zeros_like(person)
     inside[rows, columns] = person[rows, columns]
     for turned in (False, True):
-        seen = inside.T if turned else inside
+        spans = _spans(inside.T if turned else inside)
         low, high = (box.left, box.right) if turned else (box.top, box.bottom)
         for at in range(low + _GRAIN, high, _GRAIN):
             pair = [
                 one.turned() if turned else one
-                for one in (_box(seen, bottom=at), _box(seen, top=at))
+                for one in (_box(spans, bottom=at), _box(spans, top=at))
                 if one is not None
             ]
             if sum(one.area for one in pair) < _GAIN * least:
@@ -290,22 +290,29 @@ def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
     return [part for one in best for part in _cut(person, one, depth - 1)]
 
 
-def _box(pixels: BoolArray, top: int = 0, bottom: int | None = None) -> Box | None:
-    """Return a box around the marked pixels in rows from `top` to `bottom`.
+def _spans(pixels: BoolArray) -> IntArray:
+    """Return the first and the last marked column of each row (2, H); `size` and -1 in an empty
+    row."""
+    size = len(pixels)
+    marked = pixels.any(axis=1)
+    first = np.where(marked, pixels.argmax(axis=1), size)
+    last = np.where(marked, size - 1 - pixels[:, ::-1].argmax(axis=1), -1)
+    return np.stack([first, last])
+
+
+def _box(spans: IntArray, top: int = 0, bottom: int | None = None) -> Box | None:
+    """Return a box around the marked pixels (`_spans`) in rows from `top` to `bottom`.
 
     Where it is cut there, it includes all rows that blending needs.
     """
-    size = len(pixels)
+    size = spans.shape[1]
     end = size if bottom is None else bottom
-    rows = np.flatnonzero(pixels[top:end].any(axis=1)) + top
+    rows = np.flatnonzero(spans[1, top:end] >= 0) + top
     if len(rows) == 0:
         return None
     first = rows[0] - (_CONTEXT if top and rows[0] == top else _MARGIN)
     last = rows[-1] + 1 + (_CONTEXT if end < size and rows[-1] + 1 == end else _MARGIN)
     low, high = max(0, first // _GRAIN * _GRAIN), min(size, -(-last // _GRAIN) * _GRAIN)
-    columns = np.flatnonzero(pixels[low:high].any(axis=0))
-    left, right = (
-        max(0, (columns[0] - _MARGIN) // _GRAIN * _GRAIN),
-        min(size, -(-(columns[-1] + 1 + _MARGIN) // _GRAIN) * _GRAIN),
-    )
+    left = max(0, (spans[0, low:high].min() - _MARGIN) // _GRAIN * _GRAIN)
+    right = min(size, -(-(spans[1, low:high].max() + 1 + _MARGIN) // _GRAIN) * _GRAIN)
     return Box(top=int(low), bottom=int(high), left=int(left), right=int(right))

@@ -38,7 +38,7 @@ class Forgotten:
     values : int
         Stored values.
     bytes : int
-        Of these values.
+        Total size of these values.
     """
 
     calls: int = 0

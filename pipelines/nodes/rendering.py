@@ -61,24 +61,23 @@ def camera(
     They follow the character; the front view stands in the character's mean direction.
     """
     from a2v.animation.root_motion import ground_trajectory_of
-    from a2v.rendering import follow_cameras
+    from a2v.rendering import extreme_points, follow_cameras
 
     moves = get(poses, Poses)
     facing = ground_trajectory_of(moves.bone_transforms, get(body, Body)).heading
-    clouds = [get(ref, Vertices).vertices for ref in vertices]
-    bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
+    track = np.stack([extreme_points(get(ref, Vertices).vertices) for ref in vertices])
     wanted = (
         *VIEWS,
         *(view for view in render.views if view not in VIEWS),
     )  # The four views are the same whichever of them are requested.
     tracks = follow_cameras(
-        bounds,
+        track,
         dataclasses.replace(render, views=wanted),
         cameras=cameras,
         facing=facing,
         fps=moves.fps,
     )
-    found = np.empty((len(clouds), len(render.views)), dtype=object)
+    found = np.empty((len(track), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
             found[t, c] = put(one)

@@ -87,7 +87,7 @@ class PersonStages:
         rare=True,
     )
     pifu_geometry: str = option(
-        "your file of PIFu's net_G: the shape without --pifuhd; --pifu-color requires it",
+        "your file of PIFu's net_G, for the shape if --pifuhd is absent; --pifu-color requires it",
         default="",
         metavar="FILE",
         rare=True,

@@ -52,14 +52,14 @@ def go(node, store: Store, executor):
 
 
 def test_a_worker_that_is_killed_every_time_is_explained(tmp_path):
-    with pytest.raises(A2VError, match=r"memory was used up.*fewer --workers") as caught:
+    with pytest.raises(A2VError, match=r"ran out of memory.*fewer --workers") as caught:
         go(doomed, Store(tmp_path), "local")
     assert "\n" not in str(caught.value)
 
 
 def test_a_worker_of_dask_that_is_killed_every_time_is_explained(tmp_path):
     pytest.importorskip("distributed")
-    with pytest.raises(A2VError, match="memory was used up") as caught:
+    with pytest.raises(A2VError, match="ran out of memory") as caught:
         go(doomed, Store(tmp_path), "dask")
     assert "\n" not in str(caught.value)
 

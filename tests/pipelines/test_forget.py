@@ -144,6 +144,6 @@ def test_the_command_forgets_by_the_file(
     )
     said = capsys.readouterr().out
     assert "3 results" in said
-    assert "not touched" in said
+    assert "not removed" in said
     assert mentions(store.folder, b"person of one") == []
     assert b"person of other" in texts(store)

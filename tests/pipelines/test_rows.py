@@ -52,7 +52,7 @@ def test_csv_and_yaml_say_the_same(tmp_path):
     ("text", "words"),
     [
         ("", "empty"),
-        ("photo,action\n", "names no jobs"),
+        ("photo,action\n", "lists no jobs"),
         ("photo,acton\na,b\n", "unknown column 'acton'"),
         ("photo,photo\na,b\n", "twice"),
         ("photo,action\na,b,c\n", "more cells"),

@@ -43,7 +43,7 @@ class BodyMapSettings(RunSettings):
     learning_rate : float
         Peak learning rate of AdamW. It follows half a cosine after a short warm-up.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     backbone_share : float
         Learning rate of BlazePose's own weights as a share of the others'.
     average : float

@@ -205,7 +205,7 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     """
     if data[:1] != pickle.PROTO:
         raise InputError(
-            f"{where} is not a pickle of Python 3, or a compressed one; save it again with "
+            f"{where} is compressed, or not a pickle of Python 3; save it again with "
             "joblib.dump(value, path)"
         )
     try:

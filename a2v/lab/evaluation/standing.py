@@ -242,8 +242,10 @@ def _at(motion: Motion, length: int, fps: float) -> FloatArray:
 
 
 def _apart(windows: FloatArray, skeleton: Skeleton) -> float:
-    """Median distance between windows (N, T, J, 3), first roots at the origin, facing +z: root mean
-    square over joints."""
+    """Return the median distance between windows (N, T, J, 3): root mean square over joints.
+
+    The windows are compared with their first roots at the origin, facing +z.
+    """
     flat = aligned_windows(windows, skeleton)
     pairs = np.triu_indices(len(flat), 1)
     return float(np.median(np.linalg.norm(flat[pairs[0]] - flat[pairs[1]], axis=-1)))

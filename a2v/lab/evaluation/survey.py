@@ -55,9 +55,10 @@ class SurveySettings:
     Attributes
     ----------
     preference : int
-        Questions that rank one clip of every source, over all actions in turn.
+        Number of questions in which one clip of every source is ranked; the actions alternate.
     real_or_fake : int
-        Questions about a single clip, half of them real (the papers have 72).
+        Number of questions about a single clip; half of the clips are real (the papers have 72
+        questions).
     size : int
         Side of a clip, pixels.
     seed : int

@@ -55,7 +55,7 @@ class FlowSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, with a cosine decay to a fiftieth.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     balance : float
         Share of windows drawn with all actions equally likely; the others are drawn with all clips
         equally likely. For data sets with rare actions.
@@ -65,7 +65,7 @@ class FlowSettings(RunSettings):
     context_dropout : float
         Share of windows on which the network is trained without context.
     action_dropout : float
-        Share of windows on which the network is trained without an action; guidance needs these.
+        Share of windows on which the network is trained without an action, which guidance requires.
     emphasis : float
         The error of a coefficient is weighted by its standard deviation to this power: 0 weights
         all equally, 1 in proportion to their effect on the joints.

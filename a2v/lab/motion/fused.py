@@ -1,7 +1,7 @@
 """Fused products of the motion VAE's layers, for the recurrence and the export.
 
-Layers without a non-linearity between them are one product. For a single frame the number of
-operations determines the time.
+Layers without a non-linearity between them are one product. The time for a single frame depends
+mainly on the number of operations.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class TrainSettings(RunSettings):
     learning_rate : float
         Learning rate of Adam.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of Adam.
     schedule : "constant" or "cosine"
         "cosine" lowers the learning rate to a hundredth toward the end (not in the paper; see
         docs).
@@ -67,7 +67,7 @@ class TrainSettings(RunSettings):
         Eq. 13, or the published code's loss, for which its weights of the KL term were tuned (see
         docs/research/motion-vae.md).
     clip_gradient : float
-        Largest norm of the gradient; 0 for no limit (the paper's).
+        Largest norm of the gradient; 0 for no limit, as in the paper.
     """
 
     iterations: int = 50_000

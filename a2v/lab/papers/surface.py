@@ -112,8 +112,8 @@ class PapersSettings:
                 )
         if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
             raise InputError(
-                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare "
-                "them by --methods of a2v compare, one by one"
+                "--pamir-geometry excludes --pifuhd and --pifu-geometry; compare the methods "
+                "with --methods of a2v compare"
             )
         if self.pamir_geometry and not self.smpl:
             raise InputError(

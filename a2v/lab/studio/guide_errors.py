@@ -24,48 +24,51 @@ class GuideErrors:
     Attributes
     ----------
     depth_torso : float
-        Rotation of the bones of the torso about the axis in the image plane that is perpendicular
-        to the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the torso about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_head : float
-        Rotation of the bones of the head about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the head about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_arms : float
-        Rotation of the bones of the arms about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the arms about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_hands : float
-        Rotation of the bones of the hands about the axis in the image plane that is perpendicular
-        to the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the hands about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     depth_legs : float
-        Rotation of the bones of the legs about the axis in the image plane that is perpendicular to
-        the bone, which the photo hardly shows, degrees.
+        Standard deviation of the rotation of the bones of the legs about the axis in the image
+        plane that is perpendicular to the bone, which the photo hardly shows, degrees.
     plane_torso : float
-        Rotation of the torso in the image plane, degrees.
+        Standard deviation of the rotation of the torso in the image plane, degrees.
     plane_limbs : float
-        Rotation of the limbs in the image plane, degrees.
+        Standard deviation of the rotation of the limbs in the image plane, degrees.
     plane_hands : float
-        Rotation of the hands in the image plane, degrees.
+        Standard deviation of the rotation of the hands in the image plane, degrees.
     twist_torso : float
-        Rotation of the bones of the torso about themselves, degrees.
+        Standard deviation of the rotation of the bones of the torso about themselves, degrees.
     twist_arms : float
-        Rotation of the bones of the arms about themselves, degrees.
+        Standard deviation of the rotation of the bones of the arms about themselves, degrees.
     twist_hands : float
-        Rotation of the bones of the hands about themselves, degrees.
+        Standard deviation of the rotation of the bones of the hands about themselves, degrees.
     twist_legs : float
-        Rotation of the bones of the legs about themselves, degrees.
+        Standard deviation of the rotation of the bones of the legs about themselves, degrees.
     arms_forward : float
         Mean rotation of the arms towards the camera, degrees. The detector's depths cause it.
     lean : float
-        Rotation of the whole body about the image's horizontal axis, degrees.
+        Standard deviation of the rotation of the whole body about the image's horizontal axis,
+        degrees.
     heading : float
-        Rotation of the trunk about its own axis, degrees.
+        Standard deviation of the rotation of the trunk about its own axis, degrees.
     looks : float
         Standard deviation of the change of a bone's length in the photo, meters.
     girth : float
-        Relative error of the thickness of each segment; half of its variance is common to all.
+        Relative standard deviation of the thickness of each segment; half of its variance is common
+        to all.
     shift : float
-        Shift of the whole body in x and y, meters.
+        Standard deviation of the shift of the whole body in x and y, meters.
     scale : float
-        Relative error of the height, which a photo does not show. It scales the whole body.
+        Relative standard deviation of the height, which a photo does not show. It scales the whole
+        body.
     """
 
     depth_torso: float = 5.0

@@ -69,7 +69,7 @@ class ReconstructionSettings(RunSettings):
     learning_rate : float
         Learning rate of AdamW, after a short warm-up along half a cosine.
     weight_decay : float
-        Weight decay of the same optimizer.
+        Weight decay of AdamW.
     crop : int
         Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
     half : bool

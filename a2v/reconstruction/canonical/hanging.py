@@ -98,8 +98,12 @@ def _hips_bent(body: Body) -> float:
 def _alike(
     middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera
 ) -> float:
-    """Share of the colors around `middle` (n, 3), places between the legs and `away` (n,) meters
-    from them, that the photo also shows on the legs at the same height; 1 if no place is used."""
+    """Compare the colors between the legs with those of the legs.
+
+    Returns the share of the colors around `middle` (n, 3), places between the legs, that the photo
+    also shows on the legs at the same height; 1 if no place is used. The places are `away` (n,)
+    meters from the legs.
+    """
     from scipy.spatial import cKDTree
     from skimage.color import rgb2lab
 

@@ -122,13 +122,16 @@ def implicit_surface(
             f"the reconstruction model in {model.folder} has the digest {model.digest}, not "
             f"{settings.digest}"
         )
-    person = model.see(subject, body, camera)
+    with ThreadPoolExecutor(1) as beside:  # Solve for the fingers while the networks run.
+        bent = beside.submit(bend_fingers, body, subject, camera)
+        person = model.see(subject, body, camera)
+        fingers = bent.result()
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
     # compute the networks at the rim, and meanwhile the shell
     with ThreadPoolExecutor(1) as beside:
         rim = beside.submit(rim_levels, person, bounds)
-        limits = _limits(person, subject, body, camera, settings) if settings.limits else None
+        limits = _limits(person, subject, fingers, camera, settings) if settings.limits else None
         levels = rim.result()
     vertices, faces = _shape(person, bounds, levels, limits, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
@@ -153,7 +156,7 @@ def _limits(
     settings: ImplicitSettings,
 ) -> ShellLimits:
     """Return the shell around the dressed body, with the maps' depths and the photo's fingers."""
-    placed = moved_body(person, bend_fingers(body, subject, camera))
+    placed = moved_body(person, body)
     cells = SurfaceSettings(resolution=max(200, round(COARSER * settings.resolution)))
     return ShellLimits.of(person, dress(subject, placed, camera, settings=cells, reach=BAND))
 

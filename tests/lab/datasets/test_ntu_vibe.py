@@ -164,7 +164,7 @@ def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
         (lambda poses: {1: track(poses[:1])}, r"A006\.pkl: .*1 frame"),
         (lambda poses: {1: track(poses.tolist())}, r"A006\.pkl: .*not an array"),
         (lambda poses: [poses], r"A006\.pkl holds a list"),
-        (lambda poses: b"", r"A006\.pkl is not a pickle"),
+        (lambda poses: b"", r"A006\.pkl is compressed, or not a pickle"),
         (lambda poses: {2: track(poses)}, r"names no clip with a track 1"),
     ],
     ids=["joints", "nan", "empty", "one frame", "list", "no dict", "no pickle", "no track"],

@@ -222,7 +222,7 @@ def test_what_does_not_fit_is_refused(scene, files):
             PapersSettings(pamir_geometry=files["geometry"], smpl=files["smpl"]),
             "this one is anny's",
         ),
-        (PapersSettings(pamir_geometry=files["geometry"]), "needs SMPL's .npz"),
+        (PapersSettings(pamir_geometry=files["geometry"]), "also needs your SMPL file"),
         (
             PapersSettings(pamir_texture=files["texture"], pifu_geometry=files["texture"]),
             "needs --pamir-geometry",
@@ -231,7 +231,7 @@ def test_what_does_not_fit_is_refused(scene, files):
             PapersSettings(
                 pamir_geometry=files["geometry"], pifu_geometry=files["texture"], smpl=files["smpl"]
             ),
-            "goes without",
+            "excludes --pifuhd",
         ),
     ]:
         with pytest.raises(InputError, match=words):

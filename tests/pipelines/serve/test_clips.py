@@ -33,7 +33,7 @@ def send(server: Server, name: str, data: bytes) -> tuple[int, bytes]:
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     [
-        ("me.exe", b"MZ", "no video by its name"),
+        ("me.exe", b"MZ", "not named like a video"),
         ("me.mp4", b"", "is empty"),
         ("me.mp4", b"#EXTM3U\nfile:///etc/passwd\n", "not a video that can be read"),
         ("me.webm", bytes(5000), "not a video that can be read"),

@@ -62,7 +62,7 @@ def test_corrections_are_kept_and_looked_at_again(tmp_path: Path) -> None:
     library = Library(tmp_path)
     photo = arrived(library, picture(), "somebody")
     desk = Desk(library, "", cache=str(tmp_path / "store"))
-    with pytest.raises(InputError, match="being looked at"):
+    with pytest.raises(InputError, match="still being detected"):
         desk.correct(photo, Corrections.of(SAID))
     photo.status = "ready"
     desk.correct(photo, Corrections.of(SAID))

@@ -352,7 +352,7 @@ def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
 
     asyncio.run(ended())
     assert sent[0]["status"] == 503
-    assert b"the page ends" in sent[1]["body"]
+    assert b"the server is stopping" in sent[1]["body"]
 
 
 def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) -> None:

@@ -77,7 +77,8 @@ def test_dull_skin_below_the_hem_does_not_move_it(body: Body, knee: float) -> No
     middle = int(CAMERA.project(body.bone_transforms[[0], :3, 3])[0, 0])
     image[int(top) : int(bottom), middle:] = (126, 106, 112)
     after = skirt_hem(dataclasses.replace(plain, image=image), body, CAMERA)
-    assert before is not None and after is not None
+    assert before is not None
+    assert after is not None
     assert abs(after[0] - before[0]) < 0.02
 
 
